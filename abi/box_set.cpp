@@ -129,16 +129,16 @@ void BoxSet::runBackend()
 
 void BoxSet::update()
 {
-    if (m_isRestartDue)
+    if (m_needsRestart)
         m_backend->restart(m_pairs);
     // Cleared at the end: after an exception the backend may hold pairs that m_pairs lacks. The table keeps its
     // changes, so that the next update finds everything that this one would have found.
-    m_isRestartDue = true;
+    m_needsRestart = true;
     runBackend();
     reserveForDelta();
     m_table.endUpdate();
     applyDelta();
-    m_isRestartDue = false;
+    m_needsRestart = false;
 }
 
 void BoxSet::reserveForDelta()

@@ -61,6 +61,6 @@ private:
     PairDelta m_delta;
     Pairs m_pairs;
     Pairs m_merged;  ///< memory that applyDelta() reuses
-    bool m_isRestartDue = false;
+    bool m_needsRestart = false;
 };
 }  // namespace cullet::abi

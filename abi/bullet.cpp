@@ -54,14 +54,14 @@ btScalar marginOf(double margin)
     return margin == 0 ? btScalar(-1) : btScalar(std::max(margin, 0.0));
 }
 
-BroadphaseOptions toOptions(const cullet_broadphase_options& asked)
+BroadphaseOptions toOptions(const cullet_broadphase_options& requested)
 {
     BroadphaseOptions options;
-    options.backend = choiceOf(asked.backend);
-    options.threads = checkedThreads(asked.threads);
-    options.margin = marginOf(asked.margin);
-    if (asked.device_bodies != 0)
-        options.deviceBodies = asked.device_bodies;
+    options.backend = choiceOf(requested.backend);
+    options.threads = checkedThreads(requested.threads);
+    options.margin = marginOf(requested.margin);
+    if (requested.device_bodies != 0)
+        options.deviceBodies = requested.device_bodies;
     return options;
 }
 

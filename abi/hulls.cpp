@@ -54,9 +54,9 @@ PosedHull<double> place(const cullet_hull* hull, const cullet_pose* pose)
 }
 
 /// The cache of the caller, or a temporary one.
-GjkCache<double>& chooseCache(cullet_hull_cache* cache, GjkCache<double>& forgotten)
+GjkCache<double>& chooseCache(cullet_hull_cache* cache, GjkCache<double>& temporary)
 {
-    return cache != nullptr ? cache->cache : forgotten;
+    return cache != nullptr ? cache->cache : temporary;
 }
 
 void requireAnswer(GjkState state)
@@ -133,8 +133,8 @@ cullet_status cullet_hull_overlap(const cullet_hull* a, const cullet_pose* pose_
         {
             requirePointer(overlaps, "overlaps is NULL");
             const PosedHull<double> placedA = place(a, pose_a), placedB = place(b, pose_b);
-            GjkCache<double> forgotten;
-            GjkCache<double>& used = chooseCache(cache, forgotten);
+            GjkCache<double> temporary;
+            GjkCache<double>& used = chooseCache(cache, temporary);
             const GjkResult<double> answer = isaGjk(placedA, placedB, 0.0, used);
             requireAnswer(answer.state);
             *overlaps = answer.state == GjkState::Overlapping;
@@ -155,8 +155,8 @@ cullet_status cullet_hull_distance(const cullet_hull* a, const cullet_pose* pose
             require(max_distance >= 0, CULLET_ERROR_ARGUMENT,
                     "max_distance: not negative and no NaN expected");
             const PosedHull<double> placedA = place(a, pose_a), placedB = place(b, pose_b);
-            GjkCache<double> forgotten;
-            GjkCache<double>& used = chooseCache(cache, forgotten);
+            GjkCache<double> temporary;
+            GjkCache<double>& used = chooseCache(cache, temporary);
             const GjkResult<double> answer = gjkDistance(placedA, placedB, max_distance, used);
             requireAnswer(answer.state);
             cullet_hull_result known{};
@@ -181,8 +181,8 @@ cullet_status cullet_hull_penetration(const cullet_hull* a, const cullet_pose* p
         {
             requireResult<sizeof(cullet_hull_result)>(result);
             const PosedHull<double> placedA = place(a, pose_a), placedB = place(b, pose_b);
-            GjkCache<double> forgotten;
-            GjkCache<double>& used = chooseCache(cache, forgotten);
+            GjkCache<double> temporary;
+            GjkCache<double>& used = chooseCache(cache, temporary);
             const PenetrationResult<double> answer = penetration(placedA, placedB, used);
             requireAnswer(answer.state);
             cullet_hull_result known{};

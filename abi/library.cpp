@@ -16,7 +16,7 @@ thread_local char lastError[256] = "";
 
 std::atomic<cullet_log_function> logFunction{nullptr};
 
-void passOn(LogLevel level, const char* message)
+void forwardMessage(LogLevel level, const char* message)
 {
     if (const cullet_log_function function = logFunction.load(std::memory_order_acquire))
         function(static_cast<std::int32_t>(level), message);
@@ -91,5 +91,5 @@ const char* cullet_last_error(void)
 void cullet_set_log_function(cullet_log_function function)
 {
     logFunction.store(function, std::memory_order_release);
-    setLogFunction(function == nullptr ? nullptr : passOn);
+    setLogFunction(function == nullptr ? nullptr : forwardMessage);
 }

@@ -10,7 +10,7 @@ namespace cullet
 ///
 /// Static, so that each source has its own copy: of shared ones, the linker might keep that of a source compiled for
 /// instructions that not every processor has.
-static inline std::uint32_t sumUp(std::uint32_t* counts, std::uint32_t size)
+static inline std::uint32_t exclusiveSum(std::uint32_t* counts, std::uint32_t size)
 {
     std::uint32_t sum = 0;
     std::uint32_t most = 0;

@@ -9,7 +9,7 @@ namespace cullet
 /// Shrinks the capacity of a vector that is reused in every update, when it uses little of what a rare large one
 /// needed.
 template <class Vector>
-void trimRoom(Vector& vector)
+void trimCapacity(Vector& vector)
 {
     constexpr std::size_t kSmall = 4096;
     if (vector.capacity() > kSmall && vector.capacity() / 8 > vector.size())
@@ -18,7 +18,7 @@ void trimRoom(Vector& vector)
 
 /// Reserves capacity for one more element, so that adding it throws nothing. Amortised O(1).
 template <class Vector>
-void growRoom(Vector& vector)
+void growCapacity(Vector& vector)
 {
     if (vector.size() == vector.capacity())
         vector.reserve(vector.empty() ? 1 : 2 * vector.size());

@@ -79,7 +79,7 @@ CULLET_HOST_DEVICE inline std::uint32_t lowestBit(std::uint32_t bits)
 }
 
 /// Number of bits that represent `number`: 0 for 0.
-CULLET_HOST_DEVICE inline std::uint32_t bitCountOf(std::uint32_t number)
+CULLET_HOST_DEVICE inline std::uint32_t bitWidthOf(std::uint32_t number)
 {
 #ifdef __CUDA_ARCH__
     return 32u - static_cast<std::uint32_t>(__clz(static_cast<int>(number)));

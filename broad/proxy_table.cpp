@@ -106,11 +106,11 @@ ProxyId ProxyTable::reserveRow()
 {
     if (!m_free.empty())
         return m_free.back();
-    growRoom(m_boxes);
-    growRoom(m_uniqueIds);
-    growRoom(m_filters);
-    growRoom(m_changes);
-    growRoom(m_queryChanges);
+    growCapacity(m_boxes);
+    growCapacity(m_uniqueIds);
+    growCapacity(m_filters);
+    growCapacity(m_changes);
+    growCapacity(m_queryChanges);
     growBlocks();
     m_free.reserve(m_boxes.capacity());
     m_quarantine.reserve(m_boxes.capacity());

@@ -111,9 +111,9 @@ private:
         const std::uint8_t marks = block.load(std::memory_order_relaxed);
         if (marks == kBoth)
             return;
-        const bool isNews = (marks & kBlockForQueries) == 0;
+        const bool isNewlyMarked = (marks & kBlockForQueries) == 0;
         block.store(kBoth, std::memory_order_relaxed);
-        if (isNews)
+        if (isNewlyMarked)
             listForQueries(index);
     }
 

@@ -23,7 +23,7 @@ Status guarded(CudaExec& exec, const Body& body, const Forget& forget)
     Status status = Status::OutOfMemory;
     try
     {
-        const CudaExec::Use use(exec);
+        const CudaExec::DeviceGuard use(exec);
         body();
         return Status::Ok;
     }
@@ -94,7 +94,7 @@ private:
         const bool isSame = input.boxes == m_input.boxes && input.count == m_input.count;
         m_input = input;
         m_hasSearch = true;
-        m_search.look(m_exec);
+        m_search.poll(m_exec);
         if (!isSame)
             m_launches.drop();
         if (!isSame || !m_search.isRepeatable(m_exec, input))
@@ -105,13 +105,13 @@ private:
         else if (m_launches.launch(m_exec.stream(), m_search.nextPhase(), m_search.launches(),
                                    [&] { searchOnce(); }))
             m_search.countRepeat();
-        m_search.planAhead(m_exec);
+        m_search.advanceNextPlan(m_exec);
     }
 
     void collectOrThrow()
     {
         fetchCount();
-        if (*m_count.data() == kSpilled)
+        if (*m_count.data() == kOverflowed)
         {
             m_search.buildByCounting(m_exec, m_input.boxes);
             emit();
@@ -178,7 +178,7 @@ public:
     DeviceDeltasAhead ahead() const override
     {
         return {m_search.kept(), m_search.added(), m_search.addedRoom(), m_search.removed(),
-                m_search.countsThere()};
+                m_search.deviceCounts()};
     }
 
     Status collect(DeviceDeltas& deltas) override
@@ -225,7 +225,7 @@ private:
         else if (m_launches.launch(m_exec.stream(), m_search.nextPhase(), m_search.launches(),
                                    [&] { m_search.launch(m_exec); }))
             m_search.countRepeat();
-        m_search.planAhead(m_exec);
+        m_search.advanceNextPlan(m_exec);
     }
 
     /// Completes the last search, repeating it where a list was too short.

@@ -22,7 +22,7 @@ using namespace cullet;
 constexpr int kFrames = 100;
 constexpr unsigned kBlocks = 256;  // the number of pairs is unknown to the CPU: grid-stride loop
 
-__device__ std::uint64_t threadOfAll()
+__device__ std::uint64_t globalThread()
 {
     return static_cast<std::uint64_t>(blockIdx.x) * kThreads + threadIdx.x;
 }
@@ -43,16 +43,16 @@ __global__ void __launch_bounds__(kThreads)
         *missed = 1;
         return;
     }
-    for (std::uint64_t i = threadOfAll(); i < counts.added; i += kBlocks * kThreads)
+    for (std::uint64_t i = globalThread(); i < counts.added; i += kBlocks * kThreads)
         add(neighbours, found.added[i], 1u);
-    for (std::uint64_t i = threadOfAll(); i < counts.removed; i += kBlocks * kThreads)
+    for (std::uint64_t i = globalThread(); i < counts.removed; i += kBlocks * kThreads)
         add(neighbours, found.removed[i], ~0u);
 }
 
 __global__ void __launch_bounds__(kThreads)
     count(const RowPair* pairs, std::uint64_t pairCount, unsigned* neighbours)
 {
-    for (std::uint64_t i = threadOfAll(); i < pairCount; i += kBlocks * kThreads)
+    for (std::uint64_t i = globalThread(); i < pairCount; i += kBlocks * kThreads)
         add(neighbours, pairs[i], 1u);
 }
 

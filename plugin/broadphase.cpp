@@ -41,13 +41,13 @@ struct Broadphase::Parts
     }
 
     /// The slow path of setAabb(). Not inlined, so that the usual call saves no registers.
-    [[gnu::noinline]] void change(Proxy& proxy, const btVector3& aabbMin, const btVector3& aabbMax)
+    [[gnu::noinline]] void applyChange(Proxy& proxy, const btVector3& aabbMin, const btVector3& aabbMax)
     {
         store.refreshFilter(&proxy);
         if (isSameBox(proxy.m_aabbMin, proxy.m_aabbMax, aabbMin, aabbMax))
             return;
         store.setBox(&proxy, aabbMin, aabbMax);
-        ghosts.look();
+        ghosts.pollCallback();
         ghosts.addPairs(proxy, *index);
     }
 
@@ -122,7 +122,7 @@ btBroadphaseProxy* Broadphase::createProxy(const btVector3& aabbMin, const btVec
                                            int /*shapeType*/, void* userPtr, int collisionFilterGroup,
                                            int collisionFilterMask, btDispatcher* dispatcher)
 {
-    m->ghosts.look();
+    m->ghosts.pollCallback();
     Proxy* proxy = m->store.create(aabbMin, aabbMax, userPtr, {collisionFilterGroup, collisionFilterMask});
     const std::uint32_t uniqueId = uniqueIdOf(proxy);
     try
@@ -163,7 +163,7 @@ void Broadphase::setAabb(btBroadphaseProxy* proxy, const btVector3& aabbMin, con
 {
     Proxy* own = toProxy(proxy);
     if (!own->hasKnownFilter() || !isSameBox(own->m_aabbMin, own->m_aabbMax, aabbMin, aabbMax))
-        m->change(*own, aabbMin, aabbMax);
+        m->applyChange(*own, aabbMin, aabbMax);
 }
 
 void Broadphase::getAabb(btBroadphaseProxy* proxy, btVector3& aabbMin, btVector3& aabbMax) const
@@ -187,7 +187,7 @@ void Broadphase::aabbTest(const btVector3& aabbMin, const btVector3& aabbMax,
 
 void Broadphase::calculateOverlappingPairs(btDispatcher* dispatcher)
 {
-    m->ghosts.look();
+    m->ghosts.pollCallback();
     m->chooseBackend();
     m->pairSync.update(toMargin(m->margin < 0 ? gDbvtMargin : m->margin), dispatcher);
     m->ghosts.tighten();
@@ -293,7 +293,7 @@ void Broadphase::setGhostPairsImmediate(bool immediate)
 
 bool Broadphase::canSetAabbsConcurrently()
 {
-    m->ghosts.look();
+    m->ghosts.pollCallback();
     return m->ghosts.count() == 0;
 }
 

@@ -30,7 +30,7 @@ constexpr std::size_t kGrain = 256;
 constexpr double kCostOfBody = 30, kCostOfPair = 8, kCostOfTest = 100;
 
 /// Pairs between the prefetch of a pair's memory and its use.
-constexpr std::size_t kAhead = 12;
+constexpr std::size_t kPrefetchDistance = 12;
 
 /// Prefetches the algorithm and the proxies of one pair, and the bodies of an earlier one.
 [[gnu::always_inline]] inline void prefetch(const btBroadphasePair& later, const btBroadphasePair& sooner)
@@ -48,7 +48,7 @@ IsaGjkAlgorithm* isaGjkOf(const btBroadphasePair& pair, const btDispatcher& disp
     if (pair.m_algorithm == nullptr || !isExactly<IsaGjkAlgorithm>(*pair.m_algorithm))
         return nullptr;
     auto* const algorithm = static_cast<IsaGjkAlgorithm*>(pair.m_algorithm);
-    return algorithm->isOf(dispatcher) ? algorithm : nullptr;
+    return algorithm->belongsTo(dispatcher) ? algorithm : nullptr;
 }
 
 btCollisionObject& bodyOf(const btBroadphaseProxy* proxy)
@@ -56,7 +56,7 @@ btCollisionObject& bodyOf(const btBroadphaseProxy* proxy)
     return *static_cast<btCollisionObject*>(proxy->m_clientObject);
 }
 
-bool makeRoom(std::vector<std::uint32_t>& list, std::size_t count) noexcept
+bool tryReserve(std::vector<std::uint32_t>& list, std::size_t count) noexcept
 try
 {
     list.reserve(count);
@@ -100,13 +100,13 @@ public:
         : m_dispatcher(dispatcher),
           m_pairs(pairs),
           m_info(info),
-          m_mayOverrule(!isExactly<Dispatcher>(dispatcher))
+          m_mayOverrideNeedsCollision(!isExactly<Dispatcher>(dispatcher))
     {
     }
 
     bool processOverlap(btBroadphasePair& pair) override
     {
-        if (!isIdle(pair) && !isAsleep(pair) && !(m_dispatcher.m_asksInTurn && isIdleNow(pair)))
+        if (!isIdle(pair) && !isAsleep(pair) && !(m_dispatcher.m_testsInTurn && isIdleNow(pair)))
             m_dispatcher.getNearCallback()(pair, m_dispatcher, m_info);
         return false;
     }
@@ -118,15 +118,19 @@ private:
         const auto& idle = m_dispatcher.m_idle;
         return place < idle.size() && pair.m_algorithm != nullptr && idle[place] == pair.m_algorithm;
     }
-    bool isForBullet() const { return m_dispatcher.getNearCallback() == m_dispatcher.m_ownNearCallback; }
+    bool usesOwnNearCallback() const
+    {
+        return m_dispatcher.getNearCallback() == m_dispatcher.m_ownNearCallback;
+    }
     /// The first test of Bullet's near callback, without its calls.
     bool isAsleep(const btBroadphasePair& pair) const
     {
-        return !m_mayOverrule && isForBullet() && areAsleep(bodyOf(pair.m_pProxy0), bodyOf(pair.m_pProxy1));
+        return !m_mayOverrideNeedsCollision && usesOwnNearCallback() &&
+               areAsleep(bodyOf(pair.m_pProxy0), bodyOf(pair.m_pProxy1));
     }
     bool isIdleNow(const btBroadphasePair& pair)
     {
-        if (!isForBullet() || isaGjkOf(pair, m_dispatcher) == nullptr || !cullet::isIdle(pair))
+        if (!usesOwnNearCallback() || isaGjkOf(pair, m_dispatcher) == nullptr || !cullet::isIdle(pair))
             return false;
         ++m_dispatcher.m_idlePairs;
         m_dispatcher.m_isaGjk.counters().separated.add(1);
@@ -136,7 +140,7 @@ private:
     Dispatcher& m_dispatcher;
     const btBroadphasePair* m_pairs;
     const btDispatcherInfo& m_info;
-    bool m_mayOverrule;  ///< a derived class may override needsCollision()
+    bool m_mayOverrideNeedsCollision;  ///< a derived class may override needsCollision()
 };
 
 Dispatcher::Dispatcher(btCollisionConfiguration* configuration, const DispatcherOptions& options)
@@ -160,7 +164,7 @@ void Dispatcher::dispatchAllCollisionPairs(btOverlappingPairCache* pairCache, co
 {
     const PassScope pass(m_isaGjk);
     m_idlePairs = m_stillPairs = 0;
-    m_asksInTurn = false;
+    m_testsInTurn = false;
     btBroadphasePair* pairs = pairCache->getOverlappingPairArrayPtr();
     if (getNearCallback() == m_ownNearCallback && info.m_dispatchFunc == btDispatcherInfo::DISPATCH_DISCRETE)
         findIdlePairs(pairs, static_cast<std::size_t>(pairCache->getNumOverlappingPairs()),
@@ -173,16 +177,17 @@ void Dispatcher::dispatchAllCollisionPairs(btOverlappingPairCache* pairCache, co
 
 /// Creates the algorithms of new pairs, for a pair cache whose pairs do not track their bodies.
 ///
-/// @param asked [out] indices of the pairs of ISA-GJK
+/// @param isaGjkPairs [out] indices of the pairs of ISA-GJK
 /// @return false if out of memory
-bool Dispatcher::makeAlgorithms(btBroadphasePair* pairs, std::size_t count, std::vector<std::uint32_t>& asked)
+bool Dispatcher::makeAlgorithms(btBroadphasePair* pairs, std::size_t count,
+                                std::vector<std::uint32_t>& isaGjkPairs)
 {
-    if (!makeRoom(asked, count))
+    if (!tryReserve(isaGjkPairs, count))
         return false;
     for (std::size_t i = 0; i < count; ++i)
     {
         if (pairs[i].m_algorithm != nullptr ? isaGjkOf(pairs[i], *this) : makeAlgorithm(pairs[i]))
-            asked.push_back(static_cast<std::uint32_t>(i));
+            isaGjkPairs.push_back(static_cast<std::uint32_t>(i));
     }
     return true;
 }
@@ -204,57 +209,57 @@ IsaGjkAlgorithm* Dispatcher::makeAlgorithm(btBroadphasePair& pair)
     pair.m_algorithm = findAlgorithm(&wrapA, &wrapB, nullptr, BT_CONTACT_POINT_ALGORITHMS);
     IsaGjkAlgorithm* const algorithm = isaGjkOf(pair, *this);
     if (algorithm != nullptr)
-        algorithm->expect(breakingThresholdOf(a, b));
+        algorithm->setBreakingThreshold(breakingThresholdOf(a, b));
     return algorithm;
 }
 
 /// Afterwards every tracked body exists, since a pair of the array tracks it.
 ///
 /// @return false if out of memory
-bool Dispatcher::makeAndWatch(btBroadphasePair* pairs, std::size_t count)
+bool Dispatcher::makeAndTrack(btBroadphasePair* pairs, std::size_t count)
 {
-    const MotionTrackedPairs& watched = m_isaGjk.motions().pairs();
-    if (!learn(pairs, count))
+    const MotionTrackedPairs& tracked = m_isaGjk.motions().pairs();
+    if (!classify(pairs, count))
         return false;
-    if (watched.watching() == watched.total())
+    if (tracked.trackingCount() == tracked.trackingTotal())
         return true;
-    watchAnew(pairs, count);
-    return learn(pairs, count);
+    trackAgain(pairs, count);
+    return classify(pairs, count);
 }
 
 /// Determines for each pair in the array whether it tracks its bodies.
-bool Dispatcher::learn(btBroadphasePair* pairs, std::size_t count)
+bool Dispatcher::classify(btBroadphasePair* pairs, std::size_t count)
 {
-    MotionTrackedPairs& watched = m_isaGjk.motions().pairs();
-    if (!watched.makeRoom(count))
+    MotionTrackedPairs& tracked = m_isaGjk.motions().pairs();
+    if (!tracked.tryReserve(count))
         return false;
-    for (std::size_t i = 0; (i = watched.firstUnknown(pairs, i, count)) < count; ++i)
-        learn(pairs[i], i);
-    watched.endCount();
+    for (std::size_t i = 0; (i = tracked.firstUnclassified(pairs, i, count)) < count; ++i)
+        classify(pairs[i], i);
+    tracked.endCount();
     return true;
 }
 
-[[gnu::noinline]] void Dispatcher::learn(btBroadphasePair& pair, std::size_t place)
+[[gnu::noinline]] void Dispatcher::classify(btBroadphasePair& pair, std::size_t place)
 {
     IsaGjkAlgorithm* algorithm = nullptr;
     if (pair.m_algorithm != nullptr)
         algorithm = isaGjkOf(pair, *this);
     else if ((algorithm = makeAlgorithm(pair)) != nullptr)
-        algorithm->watch(bodyOf(pair.m_pProxy0), bodyOf(pair.m_pProxy1));
+        algorithm->track(bodyOf(pair.m_pProxy0), bodyOf(pair.m_pProxy1));
     using Kind = MotionTrackedPairs::Kind;
-    const Kind ofIsaGjk = algorithm != nullptr && algorithm->isWatching() ? Kind::Watching : Kind::Asked;
-    m_isaGjk.motions().pairs().note(place, pair.m_algorithm, algorithm != nullptr ? ofIsaGjk : Kind::Other);
+    const Kind ofIsaGjk = algorithm != nullptr && algorithm->isTracking() ? Kind::Tracking : Kind::Untracked;
+    m_isaGjk.motions().pairs().record(place, pair.m_algorithm, algorithm != nullptr ? ofIsaGjk : Kind::Other);
 }
 
 /// Tracks all bodies anew, after tracked pairs have left the array together with their algorithms and maybe bodies.
-void Dispatcher::watchAnew(btBroadphasePair* pairs, std::size_t count)
+void Dispatcher::trackAgain(btBroadphasePair* pairs, std::size_t count)
 {
     m_isaGjk.motions().abandon();
     for (std::size_t i = 0; i < count; ++i)
     {
         IsaGjkAlgorithm* const algorithm = isaGjkOf(pairs[i], *this);
-        if (algorithm != nullptr && algorithm->isWatching())
-            algorithm->watch(bodyOf(pairs[i].m_pProxy0), bodyOf(pairs[i].m_pProxy1));
+        if (algorithm != nullptr && algorithm->isTracking())
+            algorithm->track(bodyOf(pairs[i].m_pProxy0), bodyOf(pairs[i].m_pProxy1));
     }
 }
 
@@ -269,7 +274,7 @@ btScalar Dispatcher::breakingThresholdOf(const btCollisionObject& a, const btCol
 
 /// Calls body(begin, end) for parts of [0, count) on all threads.
 template <class Body>
-void Dispatcher::forAll(std::size_t count, const Body& body)
+void Dispatcher::parallelFor(std::size_t count, const Body& body)
 {
     const auto tasks = static_cast<unsigned>(std::max<std::size_t>(1, count / kGrain));
     m_workers->run(tasks,
@@ -280,33 +285,34 @@ void Dispatcher::forAll(std::size_t count, const Body& body)
                    });
 }
 
-void Dispatcher::findIdlePairs(btBroadphasePair* pairs, std::size_t count, bool isWatched)
+void Dispatcher::findIdlePairs(btBroadphasePair* pairs, std::size_t count, bool isTracked)
 {
     m_idle.clear();
-    std::vector<std::uint32_t> unwatched;
-    if (isWatched ? !makeAndWatch(pairs, count) : !makeAlgorithms(pairs, count, unwatched))
+    std::vector<std::uint32_t> untracked;
+    if (isTracked ? !makeAndTrack(pairs, count) : !makeAlgorithms(pairs, count, untracked))
         return;
     try
     {
         const BodyMotions& motions = m_isaGjk.motions();
-        const std::vector<std::uint32_t>& asked = isWatched ? motions.pairs().asked() : unwatched;
-        if (asked.empty())
+        const std::vector<std::uint32_t>& isaGjkPairs = isTracked ? motions.pairs().isaGjkPairs() : untracked;
+        if (isaGjkPairs.empty())
             return;
-        m_asksInTurn = isWatched && motions.areMostAsleep();
-        m_isUpdateMissing = m_isUpdateMissing || m_asksInTurn;
-        if (m_asksInTurn)
+        m_testsInTurn = isTracked && motions.areMostAsleep();
+        m_hasMissedUpdate = m_hasMissedUpdate || m_testsInTurn;
+        if (m_testsInTurn)
             return;
-        const double tests = !isWatched || m_isUpdateMissing ? double(asked.size()) : double(m_testedPairs);
-        const double work = kCostOfTest * tests + kCostOfPair * double(asked.size()) +
-                            (isWatched ? kCostOfBody * double(motions.size()) : 0.0);
-        m_workers->together(work,
-                            [&]
-                            {
-                                if (isWatched)
-                                    updateMotions();
-                                findIdle(pairs, count, asked);
-                            });
-        m_isUpdateMissing = m_isUpdateMissing && !isWatched;
+        const double tests =
+            !isTracked || m_hasMissedUpdate ? double(isaGjkPairs.size()) : double(m_testedPairs);
+        const double work = kCostOfTest * tests + kCostOfPair * double(isaGjkPairs.size()) +
+                            (isTracked ? kCostOfBody * double(motions.size()) : 0.0);
+        m_workers->runRegion(work,
+                             [&]
+                             {
+                                 if (isTracked)
+                                     updateMotions();
+                                 findIdle(pairs, count, isaGjkPairs);
+                             });
+        m_hasMissedUpdate = m_hasMissedUpdate && !isTracked;
     }
     catch (const std::exception&)
     {
@@ -315,63 +321,65 @@ void Dispatcher::findIdlePairs(btBroadphasePair* pairs, std::size_t count, bool 
     }
 }
 
-/// m_isUpdateMissing is true until both this update and the search for idle pairs have ended.
+/// m_hasMissedUpdate is true until both this update and the search for idle pairs have ended.
 void Dispatcher::updateMotions()
 {
-    const bool isGap = std::exchange(m_isUpdateMissing, true);
+    const bool missedUpdates = std::exchange(m_hasMissedUpdate, true);
     BodyMotions& motions = m_isaGjk.motions();
-    forAll(motions.size(),
-           [&](std::size_t begin, std::size_t end) { motions.update(begin, end, m_isaGjk.pass(), isGap); });
+    parallelFor(motions.size(), [&](std::size_t begin, std::size_t end)
+                { motions.update(begin, end, m_isaGjk.pass(), missedUpdates); });
 }
 
-/// @param asked indices of the pairs of ISA-GJK in the array
+/// @param isaGjkPairs indices of the pairs of ISA-GJK in the array
 void Dispatcher::findIdle(const btBroadphasePair* pairs, std::size_t count,
-                          const std::vector<std::uint32_t>& asked)
+                          const std::vector<std::uint32_t>& isaGjkPairs)
 {
     m_idle.resize(count);
     std::atomic<std::uint64_t> idle{0}, still{0};
-    forAll(asked.size(),
-           [&](std::size_t begin, std::size_t end)
-           {
-               const Found found = findIdle(pairs, asked.data() + begin, asked.data() + end);
-               idle += found.idle;
-               still += found.still;
-           });
+    parallelFor(isaGjkPairs.size(),
+                [&](std::size_t begin, std::size_t end)
+                {
+                    const IdleCounts found =
+                        findIdle(pairs, isaGjkPairs.data() + begin, isaGjkPairs.data() + end);
+                    idle += found.idle;
+                    still += found.still;
+                });
     m_idlePairs = idle;
     m_stillPairs = still;
-    m_testedPairs = asked.size() - still;
+    m_testedPairs = isaGjkPairs.size() - still;
     m_isaGjk.counters().separated.add(m_idlePairs);
 }
 
-Dispatcher::Found Dispatcher::findIdle(const btBroadphasePair* pairs, const std::uint32_t* asked,
-                                       const std::uint32_t* end)
+Dispatcher::IdleCounts Dispatcher::findIdle(const btBroadphasePair* pairs, const std::uint32_t* isaGjkPairs,
+                                            const std::uint32_t* end)
 {
     BodyMotions& motions = m_isaGjk.motions();
-    Found found;
+    IdleCounts found;
     std::array<std::uint32_t, kGrain> left;
-    while (asked < end)
+    while (isaGjkPairs < end)
     {
-        const std::uint32_t* const last = asked + std::min<std::ptrdiff_t>(kGrain, end - asked);
+        const std::uint32_t* const last = isaGjkPairs + std::min<std::ptrdiff_t>(kGrain, end - isaGjkPairs);
         std::size_t count = 0;
-        for (; asked < last; ++asked)
+        for (; isaGjkPairs < last; ++isaGjkPairs)
         {
-            if (asked + kAhead < end)
-                prefetchBytes(pairs[asked[kAhead]].m_algorithm, 0, IsaGjkAlgorithm::kFirstBytes);
-            auto* const algorithm = static_cast<IsaGjkAlgorithm*>(pairs[*asked].m_algorithm);
+            if (isaGjkPairs + kPrefetchDistance < end)
+                prefetchBytes(pairs[isaGjkPairs[kPrefetchDistance]].m_algorithm, 0,
+                              IsaGjkAlgorithm::kFirstBytes);
+            auto* const algorithm = static_cast<IsaGjkAlgorithm*>(pairs[*isaGjkPairs].m_algorithm);
             if (algorithm->staysIdle(motions))
             {
-                m_idle[*asked] = algorithm;
+                m_idle[*isaGjkPairs] = algorithm;
                 ++found.still;
             }
             else
             {
-                left[count++] = *asked;
+                left[count++] = *isaGjkPairs;
             }
         }
         for (std::size_t k = 0; k < count; ++k)
         {
-            if (k + kAhead < count)
-                prefetch(pairs[left[k + kAhead]], pairs[left[k + kAhead / 2]]);
+            if (k + kPrefetchDistance < count)
+                prefetch(pairs[left[k + kPrefetchDistance]], pairs[left[k + kPrefetchDistance / 2]]);
             if (!isIdle(pairs[left[k]]))
                 continue;
             m_idle[left[k]] = pairs[left[k]].m_algorithm;

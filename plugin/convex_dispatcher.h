@@ -63,23 +63,25 @@ public:
 private:
     class Callback;
 
-    bool makeAlgorithms(btBroadphasePair* pairs, std::size_t count, std::vector<std::uint32_t>& asked);
+    bool makeAlgorithms(btBroadphasePair* pairs, std::size_t count, std::vector<std::uint32_t>& isaGjkPairs);
     IsaGjkAlgorithm* makeAlgorithm(btBroadphasePair& pair);
     btScalar breakingThresholdOf(const btCollisionObject& a, const btCollisionObject& b) const;
-    bool makeAndWatch(btBroadphasePair* pairs, std::size_t count);
-    bool learn(btBroadphasePair* pairs, std::size_t count);
-    void learn(btBroadphasePair& pair, std::size_t place);
-    void watchAnew(btBroadphasePair* pairs, std::size_t count);
-    void findIdlePairs(btBroadphasePair* pairs, std::size_t count, bool isWatched);
+    bool makeAndTrack(btBroadphasePair* pairs, std::size_t count);
+    bool classify(btBroadphasePair* pairs, std::size_t count);
+    void classify(btBroadphasePair& pair, std::size_t place);
+    void trackAgain(btBroadphasePair* pairs, std::size_t count);
+    void findIdlePairs(btBroadphasePair* pairs, std::size_t count, bool isTracked);
     void updateMotions();
-    void findIdle(const btBroadphasePair* pairs, std::size_t count, const std::vector<std::uint32_t>& asked);
-    struct Found
+    void findIdle(const btBroadphasePair* pairs, std::size_t count,
+                  const std::vector<std::uint32_t>& isaGjkPairs);
+    struct IdleCounts
     {
         std::uint64_t idle = 0, still = 0;
     };
-    Found findIdle(const btBroadphasePair* pairs, const std::uint32_t* asked, const std::uint32_t* end);
+    IdleCounts findIdle(const btBroadphasePair* pairs, const std::uint32_t* isaGjkPairs,
+                        const std::uint32_t* end);
     template <class Body>
-    void forAll(std::size_t count, const Body& body);
+    void parallelFor(std::size_t count, const Body& body);
 
     IsaGjkRegistration& m_isaGjk;
     std::unique_ptr<ParallelLoops> m_workers;
@@ -89,8 +91,8 @@ private:
     Array<const btCollisionAlgorithm*> m_idle;
     std::uint64_t m_idlePairs = 0, m_stillPairs = 0, m_testedPairs = 0;
     /// Some pair, or the motions of its bodies, missed an update.
-    bool m_isUpdateMissing = false;
-    bool m_asksInTurn = false;  ///< each pair is tested when Bullet processes it, not in advance
+    bool m_hasMissedUpdate = false;
+    bool m_testsInTurn = false;  ///< each pair is tested when Bullet processes it, not in advance
 };
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

@@ -27,7 +27,7 @@ StreamBox streamBox(const btVector3& low, const btVector3& high)
 }
 
 /// The last recorded state of a live proxy.
-struct Known
+struct RecordedProxy
 {
     const btBroadphaseProxy* proxy = nullptr;  ///< null: the id is free
     int group = 0;
@@ -43,12 +43,12 @@ struct RecordingBroadphase::Parts
     {
     }
 
-    std::uint32_t takeId()
+    std::uint32_t allocateId()
     {
         if (freeIds.empty())
         {
-            known.emplace_back();
-            return static_cast<std::uint32_t>(known.size() - 1);
+            recorded.emplace_back();
+            return static_cast<std::uint32_t>(recorded.size() - 1);
         }
         const std::uint32_t id = freeIds.top();
         freeIds.pop();
@@ -57,9 +57,9 @@ struct RecordingBroadphase::Parts
 
     void recordFilters()
     {
-        for (std::uint32_t id = 0; id < known.size(); ++id)
+        for (std::uint32_t id = 0; id < recorded.size(); ++id)
         {
-            Known& one = known[id];
+            RecordedProxy& one = recorded[id];
             if (one.proxy == nullptr || (one.proxy->m_collisionFilterGroup == one.group &&
                                          one.proxy->m_collisionFilterMask == one.mask))
                 continue;
@@ -72,7 +72,7 @@ struct RecordingBroadphase::Parts
     btBroadphaseInterface& inner;
     BoxStreamWriter writer;
     std::unordered_map<const btBroadphaseProxy*, std::uint32_t> ids;
-    std::vector<Known> known;  ///< by id
+    std::vector<RecordedProxy> recorded;  ///< by id
     std::priority_queue<std::uint32_t, std::vector<std::uint32_t>, std::greater<>> freeIds;
 };
 
@@ -107,8 +107,8 @@ btBroadphaseProxy* RecordingBroadphase::createProxy(const btVector3& aabbMin, co
     // btAxisSweep3 returns null when it is full.
     if (proxy == nullptr)
         return nullptr;
-    const std::uint32_t id = m->takeId();
-    m->known[id] = {proxy, collisionFilterGroup, collisionFilterMask};
+    const std::uint32_t id = m->allocateId();
+    m->recorded[id] = {proxy, collisionFilterGroup, collisionFilterMask};
     m->ids[proxy] = id;
     m->writer.create(id, streamBox(aabbMin, aabbMax), collisionFilterGroup, collisionFilterMask);
     return proxy;
@@ -120,7 +120,7 @@ void RecordingBroadphase::destroyProxy(btBroadphaseProxy* proxy, btDispatcher* d
     if (found != m->ids.end())
     {
         m->writer.destroy(found->second);
-        m->known[found->second] = {};
+        m->recorded[found->second] = {};
         m->freeIds.push(found->second);
         m->ids.erase(found);
     }

@@ -22,7 +22,7 @@ namespace
 {
 /// Objects between the prefetch of an object's proxy and its use; the object itself is prefetched twice as early. Cache
 /// misses are a third of the time of an update on one thread.
-constexpr std::size_t kAhead = 8;
+constexpr std::size_t kPrefetchDistance = 8;
 
 /// Nanoseconds per resting object, and additionally per computed box; the number of boxes is that of the last update.
 constexpr double kCostOfObject = 8, kCostOfBox = 45;
@@ -40,10 +40,10 @@ constexpr double kCostOfObject = 8, kCostOfBox = 45;
 [[gnu::always_inline]] inline void prefetchAhead(const btCollisionObjectArray& objects, std::size_t index)
 {
     const auto count = static_cast<std::size_t>(objects.size());
-    if (index + 2 * kAhead < count)
-        prefetchObject(objects[static_cast<int>(index + 2 * kAhead)]);
-    if (index + kAhead < count)
-        __builtin_prefetch(objects[static_cast<int>(index + kAhead)]->getBroadphaseHandle(), 1);
+    if (index + 2 * kPrefetchDistance < count)
+        prefetchObject(objects[static_cast<int>(index + 2 * kPrefetchDistance)]);
+    if (index + kPrefetchDistance < count)
+        __builtin_prefetch(objects[static_cast<int>(index + kPrefetchDistance)]->getBroadphaseHandle(), 1);
 }
 }  // namespace
 
@@ -56,22 +56,22 @@ struct WorldBoxes::Parts
     };
 
     /// The remaining work for an object after the parallel loop.
-    enum class Rest : std::uint8_t
+    enum class SerialWork : std::uint8_t
     {
         Nothing,
-        Set,    ///< setAabb() with the computed box
-        Whole,  ///< the whole update, on the calling thread
-        Done    ///< none: setAabb() was called in the parallel loop
+        Set,          ///< setAabb() with the computed box
+        WholeUpdate,  ///< the whole update, on the calling thread
+        Done          ///< none: setAabb() was called in the parallel loop
     };
 
     bool update(btCollisionWorld& world, BoxRule rule);
     void finish(const Job& job);
-    bool isStillOf(const btCollisionObject& object, std::size_t index) const;
-    void apply(const Job& job, btCollisionObject& object, Rest left, const Box& box);
+    bool isSameObject(const btCollisionObject& object, std::size_t index) const;
+    void apply(const Job& job, btCollisionObject& object, SerialWork left, const Box& box);
 
     std::unique_ptr<ParallelLoops> workers = std::make_unique<ParallelLoops>(0);
     std::vector<Box> boxes;
-    std::vector<Rest> rest;
+    std::vector<SerialWork> serialWork;
     std::vector<btCollisionObject*> objects;  ///< indexed like boxes; callbacks may have removed some
     WorldBoxesStats stats;
 };
@@ -80,14 +80,14 @@ struct WorldBoxes::Parts
 class WorldBoxes::Job
 {
     using Box = Parts::Box;
-    using Rest = Parts::Rest;
+    using SerialWork = Parts::SerialWork;
 
 public:
     Job(btCollisionWorld& ofWorld, BoxRule rule)
         : world(ofWorld),
           objects(ofWorld.getCollisionObjectArray()),
           m_rule(rule),
-          m_all(ofWorld.getForceUpdateAllAabbs()),
+          m_updatesAll(ofWorld.getForceUpdateAllAabbs()),
           m_continuous(ofWorld.getDispatchInfo().m_useContinuous),
           m_threshold(gContactBreakingThreshold, gContactBreakingThreshold, gContactBreakingThreshold)
     {
@@ -95,28 +95,30 @@ public:
         if (!isExactly<Broadphase>(*broadphase))
             return;
         auto* own = static_cast<Broadphase*>(broadphase);
-        m_setter = own->canSetAabbsConcurrently() ? own : nullptr;
+        m_concurrentBroadphase = own->canSetAabbsConcurrently() ? own : nullptr;
     }
 
-    bool setsConcurrently() const { return m_setter != nullptr; }
+    bool setsConcurrently() const { return m_concurrentBroadphase != nullptr; }
 
     /// Does the part of an object's update that is safe on any thread.
-    Rest run(btCollisionObject& object, Box& box) const
+    SerialWork run(btCollisionObject& object, Box& box) const
     {
-        const Rest rest = m_rule == BoxRule::Simple ? computeSimple(object, box) : compute(object, box);
-        if (rest != Rest::Set)
-            return rest;
-        if (m_setter == nullptr)
+        const SerialWork serialWork =
+            m_rule == BoxRule::Simple ? computeSimple(object, box) : compute(object, box);
+        if (serialWork != SerialWork::Set)
+            return serialWork;
+        if (m_concurrentBroadphase == nullptr)
         {
             box.proxyId = object.getBroadphaseHandle()->m_uniqueId;
-            return rest;
+            return serialWork;
         }
-        m_setter->setAabb(object.getBroadphaseHandle(), box.min, box.max, world.getDispatcher());
-        return Rest::Done;
+        m_concurrentBroadphase->setAabb(object.getBroadphaseHandle(), box.min, box.max,
+                                        world.getDispatcher());
+        return SerialWork::Done;
     }
 
     /// Updates an object on the calling thread, with the same calls as Bullet.
-    void runWhole(btCollisionObject& object) const
+    void updateSerially(btCollisionObject& object) const
     {
         if (m_rule == BoxRule::Collision)
         {
@@ -139,13 +141,13 @@ public:
 private:
     /// btCollisionWorld::updateSingleAabb() up to the computed box. Oversized boxes are left to that function, since it
     /// deactivates the body and prints a warning.
-    Rest compute(const btCollisionObject& object, Box& box) const
+    SerialWork compute(const btCollisionObject& object, Box& box) const
     {
-        if (!m_all && !object.isActive())
-            return Rest::Nothing;
+        if (!m_updatesAll && !object.isActive())
+            return SerialWork::Nothing;
         const btCollisionShape& shape = *object.getCollisionShape();
-        if (!hasPureAabb(shape))
-            return Rest::Whole;
+        if (!hasThreadSafeAabb(shape))
+            return SerialWork::WholeUpdate;
         addBox(shape, object.getWorldTransform(), box);
         if (m_continuous && object.getInternalType() == btCollisionObject::CO_RIGID_BODY &&
             !object.isStaticOrKinematicObject())
@@ -156,18 +158,18 @@ private:
             box.max.setMax(predicted.max);
         }
         const bool isUsual = object.isStaticObject() || (box.max - box.min).length2() < btScalar(1e12);
-        return isUsual ? Rest::Set : Rest::Whole;
+        return isUsual ? SerialWork::Set : SerialWork::WholeUpdate;
     }
 
-    Rest computeSimple(const btCollisionObject& object, Box& box) const
+    SerialWork computeSimple(const btCollisionObject& object, Box& box) const
     {
         if (btRigidBody::upcast(&object) == nullptr || !object.isActive() || object.isStaticObject())
-            return Rest::Nothing;
+            return SerialWork::Nothing;
         const btCollisionShape& shape = *object.getCollisionShape();
-        if (!hasPureAabb(shape))
-            return Rest::Whole;
+        if (!hasThreadSafeAabb(shape))
+            return SerialWork::WholeUpdate;
         shape.getAabb(object.getWorldTransform(), box.min, box.max);
-        return Rest::Set;
+        return SerialWork::Set;
     }
 
     void addBox(const btCollisionShape& shape, const btTransform& transform, Box& box) const
@@ -178,10 +180,10 @@ private:
     }
 
     BoxRule m_rule;
-    bool m_all;
+    bool m_updatesAll;
     bool m_continuous;
     btVector3 m_threshold;
-    Broadphase* m_setter = nullptr;  ///< null: the calling thread sets the boxes
+    Broadphase* m_concurrentBroadphase = nullptr;  ///< null: the calling thread sets the boxes
 };
 
 WorldBoxes::WorldBoxes() : m(std::make_unique<Parts>()) {}
@@ -210,7 +212,7 @@ bool WorldBoxes::Parts::update(btCollisionWorld& world, BoxRule rule)
         return false;
     BT_PROFILE("updateAabbs");
     const Job job(world, rule);
-    rest.resize(count);
+    serialWork.resize(count);
     boxes.resize(count);
     objects.resize(count);
     const auto runTask = [&](unsigned task)
@@ -220,13 +222,13 @@ bool WorldBoxes::Parts::update(btCollisionWorld& world, BoxRule rule)
         {
             prefetchAhead(job.objects, i);
             objects[i] = job.objects[static_cast<int>(i)];
-            rest[i] = job.run(*objects[i], boxes[i]);
+            serialWork[i] = job.run(*objects[i], boxes[i]);
         }
     };
     // More tasks than threads, since the cost varies between shapes.
     const auto tasks = static_cast<unsigned>((count + kGrain - 1) / kGrain);
     const double work = kCostOfObject * double(count) + kCostOfBox * double(stats.parallelBoxes);
-    workers->together(work, [&] { workers->run(tasks, runTask); });
+    workers->runRegion(work, [&] { workers->run(tasks, runTask); });
     finish(job);
     return true;
 }
@@ -240,37 +242,37 @@ void WorldBoxes::Parts::finish(const Job& job)
     for (; i < objects.size() && i < sizeNow(); ++i)
     {
         btCollisionObject& object = *job.objects[static_cast<int>(i)];
-        if (!isStillOf(object, i))
+        if (!isSameObject(object, i))
             break;
-        apply(job, object, rest[i], boxes[i]);
+        apply(job, object, serialWork[i], boxes[i]);
     }
     // A callback of the broad phase has added or removed objects, so the computed boxes may belong to other objects.
     for (; i < sizeNow(); ++i)
     {
         btCollisionObject& object = *job.objects[static_cast<int>(i)];
         Box box;
-        const Rest left = job.run(object, box);
+        const SerialWork left = job.run(object, box);
         apply(job, object, left, box);
     }
 }
 
 /// Whether an index still holds the same object as before the callbacks. A new object may have the same address, but
 /// Bullet and cullet give each proxy a new id.
-bool WorldBoxes::Parts::isStillOf(const btCollisionObject& object, std::size_t index) const
+bool WorldBoxes::Parts::isSameObject(const btCollisionObject& object, std::size_t index) const
 {
-    return &object == objects[index] &&
-           (rest[index] != Rest::Set || object.getBroadphaseHandle()->m_uniqueId == boxes[index].proxyId);
+    return &object == objects[index] && (serialWork[index] != SerialWork::Set ||
+                                         object.getBroadphaseHandle()->m_uniqueId == boxes[index].proxyId);
 }
 
 /// Does the remaining work for an object. Its callbacks may destroy the object.
-void WorldBoxes::Parts::apply(const Job& job, btCollisionObject& object, Rest left, const Box& box)
+void WorldBoxes::Parts::apply(const Job& job, btCollisionObject& object, SerialWork left, const Box& box)
 {
-    stats.parallelBoxes += left == Rest::Set || left == Rest::Done;
-    stats.serialBoxes += left == Rest::Whole;
-    if (left == Rest::Set)
+    stats.parallelBoxes += left == SerialWork::Set || left == SerialWork::Done;
+    stats.serialBoxes += left == SerialWork::WholeUpdate;
+    if (left == SerialWork::Set)
         job.set(object, box);
-    else if (left == Rest::Whole)
-        job.runWhole(object);
+    else if (left == SerialWork::WholeUpdate)
+        job.updateSerially(object);
 }
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

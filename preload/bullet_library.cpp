@@ -42,7 +42,7 @@ void* handleOf(const Place& place)
 }
 
 /// The function that the dynamic linker would have bound for the caller without the preloaded library.
-void* boundFor(const void* caller, const char* name)
+void* resolveFor(const void* caller, const char* name)
 {
     if (void* global = dlsym(RTLD_NEXT, name))
         return global;
@@ -79,7 +79,7 @@ const Implementation* implementationFor(void* handle, const void* constructor, c
     const Precision precision = precisionOf(handle);
     if (precision == Precision::Unknown)
     {
-        say("%s: a Bullet of unknown precision; left as it is", path);
+        printLine("%s: a Bullet of unknown precision; left as it is", path);
         return nullptr;
     }
     const char* file = precision == Precision::Float ? "$ORIGIN/cullet/preload-float32.so"
@@ -87,13 +87,13 @@ const Implementation* implementationFor(void* handle, const void* constructor, c
     void* own = dlopen(file, RTLD_NOW | RTLD_LOCAL);
     if (own == nullptr)
     {
-        say("%s; Bullet is left as it is", dlerror());
+        printLine("%s; Bullet is left as it is", dlerror());
         return nullptr;
     }
     // cullet was compiled with the layout and inlined functions of the headers of exactly this library.
     if (dlsym(own, CULLET_CONSTRUCT) != constructor)
     {
-        say("%s: not the Bullet library that cullet was built for; left as it is", path);
+        printLine("%s: not the Bullet library that cullet was built for; left as it is", path);
         return nullptr;
     }
     return reinterpret_cast<GetImplementation>(dlsym(own, kImplementationName))();
@@ -152,10 +152,10 @@ const void* baseOf(const void* address)
 
 const BulletLibrary& libraryFor(const void* caller)
 {
-    const void* constructor = boundFor(caller, CULLET_CONSTRUCT);
+    const void* constructor = resolveFor(caller, CULLET_CONSTRUCT);
     if (constructor == nullptr)
     {
-        say("%s: calls Bullet, and neither it nor the program is linked with it", placeOf(caller).path);
+        printLine("%s: calls Bullet, and neither it nor the program is linked with it", placeOf(caller).path);
         std::abort();
     }
     return *open(constructor);

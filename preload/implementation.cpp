@@ -21,7 +21,7 @@ namespace cullet::preload
 namespace
 {
 /// Whether the broad phase is only used as a tree for queries: in btAxisSweep3, or in programs that traverse it.
-bool isOnlyATree(btOverlappingPairCache* cache)
+bool isQueryTree(btOverlappingPairCache* cache)
 {
     return dynamicCast<btNullPairCache>(cache) != nullptr;
 }
@@ -29,7 +29,7 @@ bool isOnlyATree(btOverlappingPairCache* cache)
 bool construct(void* memory, void* pairCache, bool needsTrees)
 {
     auto* cache = static_cast<btOverlappingPairCache*>(pairCache);
-    if (!settings().replacesBroadphase || isOnlyATree(cache))
+    if (!settings().replacesBroadphase || isQueryTree(cache))
         return false;
     try
     {
@@ -39,7 +39,7 @@ bool construct(void* memory, void* pairCache, bool needsTrees)
     }
     catch (const std::exception& problem)
     {
-        say("no broad phase (%s); Bullet's own is used", problem.what());
+        printLine("no broad phase (%s); Bullet's own is used", problem.what());
         return false;
     }
 }
@@ -61,7 +61,7 @@ void adopt(void* memory)
     {
         if (!hasStockAlgorithm(dispatcher))
         {
-            say("the program has a convex algorithm of its own, which stays");
+            printLine("the program has a convex algorithm of its own, which stays");
             return;
         }
         beforeRegistration(dispatcher);
@@ -69,7 +69,7 @@ void adopt(void* memory)
     }
     catch (const std::exception& problem)
     {
-        say("no ISA-GJK (%s); Bullet's own algorithm is used", problem.what());
+        printLine("no ISA-GJK (%s); Bullet's own algorithm is used", problem.what());
     }
 }
 

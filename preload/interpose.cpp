@@ -73,17 +73,17 @@ Result callBullet(Function function, const void* caller, Arguments... arguments)
 bool construct(const BulletLibrary& bullet, const void* caller, void* memory, void* cache)
 {
     if (bullet.implementation == nullptr ||
-        !bullet.implementation->construct(memory, cache, cullet::preload::namesTrees(caller)))
+        !bullet.implementation->construct(memory, cache, cullet::preload::referencesTrees(caller)))
         return false;
     rememberTable(tableOf(memory));
     return true;
 }
 
-void sayDerivedOnce()
+void warnDerivedOnce()
 {
-    static std::atomic<bool> isSaid{false};
-    if (!isSaid.exchange(true))
-        cullet::preload::say("a class derived from btDbvtBroadphase keeps Bullet's own broad phase");
+    static std::atomic<bool> hasWarned{false};
+    if (!hasWarned.exchange(true))
+        cullet::preload::printLine("a class derived from btDbvtBroadphase keeps Bullet's own broad phase");
 }
 }  // namespace
 
@@ -104,7 +104,7 @@ CULLET_EXPORT void culletConstructBase(void* self, void* cache)
     const Implementation* own = bullet.implementation;
     // The stand-in itself derives from btDbvtBroadphase.
     if (own != nullptr && cullet::preload::baseOf(caller) != cullet::preload::baseOf(own))
-        sayDerivedOnce();
+        warnDerivedOnce();
     call<void>(bullet, Function::ConstructBase, self, cache);
 }
 

@@ -9,7 +9,7 @@
 namespace cullet::preload
 {
 /// Writes one line with the process id to stderr, bypassing the program's own buffers.
-[[gnu::format(printf, 1, 2)]] inline void say(const char* format, ...)
+[[gnu::format(printf, 1, 2)]] inline void printLine(const char* format, ...)
 {
     char text[512];
     std::va_list values;

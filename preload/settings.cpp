@@ -20,7 +20,7 @@ std::optional<bool> readFlag(const char* name)
     const bool isOne = std::strcmp(value, "1") == 0;
     if (isOne || std::strcmp(value, "0") == 0)
         return isOne;
-    say("%s=%s: 0 or 1 expected; it is ignored", name, value);
+    printLine("%s=%s: 0 or 1 expected; it is ignored", name, value);
     return std::nullopt;
 }
 
@@ -32,7 +32,7 @@ void readPatchPoints(int& points)
     if (value[0] >= '1' && value[0] <= '4' && value[1] == '\0')
         points = value[0] - '0';
     else
-        say("CULLET_PATCH_POINTS=%s: 1 to 4 expected; it is ignored", value);
+        printLine("CULLET_PATCH_POINTS=%s: 1 to 4 expected; it is ignored", value);
 }
 
 void readBackend(Settings& result)
@@ -59,7 +59,8 @@ void readBackend(Settings& result)
     if (std::strcmp(name, "dbvt") == 0)
         result.replacesBroadphase = false;
     else
-        say("CULLET_BACKEND=%s: no such backend; auto is used. There are: auto grid cuda brute dbvt", name);
+        printLine("CULLET_BACKEND=%s: no such backend; auto is used. There are: auto grid cuda brute dbvt",
+                  name);
 }
 
 Settings read()

@@ -99,7 +99,8 @@ void StandIn::calculateOverlappingPairs(btDispatcher* dispatcher)
 void StandIn::warnOfForeignCache()
 {
     if (!std::exchange(parts().hasWarned, true))
-        say("the program has put another pair cache into btDbvtBroadphase::m_paircache; pairs do not go "
+        printLine(
+            "the program has put another pair cache into btDbvtBroadphase::m_paircache; pairs do not go "
             "there, "
             "set CULLET_BACKEND=dbvt");
 }

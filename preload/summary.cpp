@@ -14,7 +14,7 @@ namespace cullet::preload
 {
 namespace
 {
-struct Book
+struct Totals
 {
     std::mutex mutex;
     std::map<const BroadphaseCounts*, const Broadphase*> living;
@@ -27,9 +27,9 @@ struct Book
 };
 
 /// Never destroyed: the program may destroy its worlds after this library's statics.
-Book& book()
+Totals& totals()
 {
-    static auto& result = *new Book;
+    static auto& result = *new Totals;
     return result;
 }
 
@@ -56,7 +56,7 @@ const char* precisionName()
     return sizeof(btScalar) == sizeof(float) ? "float" : "double";
 }
 
-void writeBroadphases(Book& all)
+void writeBroadphases(Totals& all)
 {
     BroadphaseCounts sum;
     add(all.ended, sum);
@@ -66,27 +66,27 @@ void writeBroadphases(Book& all)
         add(*counts, sum);
         backend = broadphase->stats().backendName;
     }
-    say("broad phases: %" PRIu64 " (%s, %s); at most %" PRIu64 " bodies and %" PRIu64 " pairs; %" PRIu64
-        " updates in %.3f ms, %" PRIu64 " queries",
-        all.broadphasesTotal, precisionName(), backend.c_str(), sum.mostBodies, sum.mostPairs, sum.updates,
-        1e3 * sum.updateSeconds, sum.queries.load());
+    printLine("broad phases: %" PRIu64 " (%s, %s); at most %" PRIu64 " bodies and %" PRIu64 " pairs; %" PRIu64
+              " updates in %.3f ms, %" PRIu64 " queries",
+              all.broadphasesTotal, precisionName(), backend.c_str(), sum.mostBodies, sum.mostPairs,
+              sum.updates, 1e3 * sum.updateSeconds, sum.queries.load());
 }
 
-void writeIsaGjk(Book& all)
+void writeIsaGjk(Totals& all)
 {
     IsaGjkStats sum = all.replaced;
     for (const auto& [dispatcher, isaGjk] : all.dispatchers)
         add(isaGjk->stats(), sum);
-    say("ISA-GJK in %" PRIu64 " dispatchers: %" PRIu64 " pairs found apart, %" PRIu64 " touching, %" PRIu64
-        " without an answer, %" PRIu64 " left to Bullet",
-        all.dispatchersTotal, sum.separatedTotal, sum.touchingTotal, sum.notConvergedTotal,
-        sum.delegatedTotal);
+    printLine("ISA-GJK in %" PRIu64 " dispatchers: %" PRIu64 " pairs found apart, %" PRIu64
+              " touching, %" PRIu64 " without an answer, %" PRIu64 " left to Bullet",
+              all.dispatchersTotal, sum.separatedTotal, sum.touchingTotal, sum.notConvergedTotal,
+              sum.delegatedTotal);
 }
 }  // namespace
 
 void begin(const BroadphaseCounts& counts, const Broadphase& broadphase)
 {
-    Book& all = book();
+    Totals& all = totals();
     const std::lock_guard<std::mutex> lock(all.mutex);
     all.living[&counts] = &broadphase;
     ++all.broadphasesTotal;
@@ -94,7 +94,7 @@ void begin(const BroadphaseCounts& counts, const Broadphase& broadphase)
 
 void end(const BroadphaseCounts& counts)
 {
-    Book& all = book();
+    Totals& all = totals();
     const std::lock_guard<std::mutex> lock(all.mutex);
     const auto found = all.living.find(&counts);
     all.backend = found->second->stats().backendName;
@@ -104,7 +104,7 @@ void end(const BroadphaseCounts& counts)
 
 void beforeRegistration(const btCollisionDispatcher& dispatcher)
 {
-    Book& all = book();
+    Totals& all = totals();
     const std::lock_guard<std::mutex> lock(all.mutex);
     const auto found = all.dispatchers.find(&dispatcher);
     if (found != all.dispatchers.end())
@@ -113,7 +113,7 @@ void beforeRegistration(const btCollisionDispatcher& dispatcher)
 
 void afterRegistration(const btCollisionDispatcher& dispatcher, const IsaGjkRegistration& isaGjk)
 {
-    Book& all = book();
+    Totals& all = totals();
     const std::lock_guard<std::mutex> lock(all.mutex);
     all.dispatchers[&dispatcher] = &isaGjk;
     ++all.dispatchersTotal;
@@ -121,7 +121,7 @@ void afterRegistration(const btCollisionDispatcher& dispatcher, const IsaGjkRegi
 
 void writeSummary()
 {
-    Book& all = book();
+    Totals& all = totals();
     const std::lock_guard<std::mutex> lock(all.mutex);
     writeBroadphases(all);
     if (all.dispatchersTotal != 0)

@@ -36,13 +36,13 @@ Symbols symbolsOf(const link_map& map)
 }
 
 /// Whether a mangled name is a member of btDbvt or of a class inside it; btDbvtBroadphase has another length prefix.
-bool isOfTrees(const char* name)
+bool isTreeSymbol(const char* name)
 {
     return std::strstr(name, "N6btDbvt") != nullptr || std::strstr(name, "NK6btDbvt") != nullptr;
 }
 }  // namespace
 
-bool namesTrees(const void* address)
+bool referencesTrees(const void* address)
 {
     Dl_info info{};
     link_map* map = nullptr;
@@ -56,7 +56,7 @@ bool namesTrees(const void* address)
     const auto* end = reinterpret_cast<const ElfW(Sym)*>(symbols.names);
     for (const ElfW(Sym)* symbol = symbols.first; symbol + 1 <= end; ++symbol)
     {
-        if (symbol->st_name < symbols.namesSize && isOfTrees(symbols.names + symbol->st_name))
+        if (symbol->st_name < symbols.namesSize && isTreeSymbol(symbols.names + symbol->st_name))
             return true;
     }
     return false;

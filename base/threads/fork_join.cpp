@@ -11,17 +11,17 @@
 
 namespace cullet
 {
-void ForkJoin::rest(unsigned look)
+void ForkJoin::spinWait(unsigned spins)
 {
 #if defined(__SSE2__)
-    if (look < kPatience)
+    if (spins < kMostSpins)
     {
         for (int i = 0; i < 16; ++i)
             _mm_pause();
         return;
     }
 #endif
-    static_cast<void>(look);
+    static_cast<void>(spins);
     std::this_thread::yield();
 }
 
@@ -32,24 +32,24 @@ void ForkJoin::begin(unsigned tasks, const void* body, Call call)
     m_tasks = tasks;
     m_isRunning = true;
     m_done.store(0, std::memory_order_relaxed);
-    const std::uint64_t loop = m_left.load(std::memory_order_relaxed) / kLoop + 1;
-    m_left.store(loop * kLoop + tasks, std::memory_order_release);
+    const std::uint64_t loop = m_loopAndTasks.load(std::memory_order_relaxed) / kLoopUnit + 1;
+    m_loopAndTasks.store(loop * kLoopUnit + tasks, std::memory_order_release);
 }
 
 /// Takes one task and runs it; returns false when all are taken.
 bool ForkJoin::takeTask(unsigned thread)
 {
-    std::uint64_t left = m_left.load(std::memory_order_acquire);
+    std::uint64_t left = m_loopAndTasks.load(std::memory_order_acquire);
     do
     {
-        if (left % kLoop == 0)
+        if (left % kLoopUnit == 0)
             return false;
-    } while (
-        !m_left.compare_exchange_weak(left, left - 1, std::memory_order_acq_rel, std::memory_order_acquire));
+    } while (!m_loopAndTasks.compare_exchange_weak(left, left - 1, std::memory_order_acq_rel,
+                                                   std::memory_order_acquire));
     // Until this task is counted as done, the loop is the one of `left`.
     try
     {
-        m_call(m_body, m_tasks - static_cast<unsigned>(left % kLoop), thread);
+        m_call(m_body, m_tasks - static_cast<unsigned>(left % kLoopUnit), thread);
     }
     catch (...)
     {
@@ -62,20 +62,20 @@ bool ForkJoin::takeTask(unsigned thread)
 
 void ForkJoin::finish()
 {
-    for (unsigned look = 0; m_done.load(std::memory_order_acquire) != m_tasks; ++look)
-        rest(look);
+    for (unsigned spins = 0; m_done.load(std::memory_order_acquire) != m_tasks; ++spins)
+        spinWait(spins);
     m_isRunning = false;
     if (m_hasFailed.exchange(false, std::memory_order_relaxed))
         std::rethrow_exception(std::exchange(m_failure, nullptr));
 }
 
 /// Takes a free thread number; returns 0 if there is none.
-unsigned ForkJoin::takeNumber()
+unsigned ForkJoin::takeThreadNumber()
 {
     for (unsigned thread = 1; thread < m_threads; ++thread)
     {
-        if (!m_isHere[thread].load(std::memory_order_relaxed) &&
-            !m_isHere[thread].exchange(true, std::memory_order_acquire))
+        if (!m_isJoined[thread].load(std::memory_order_relaxed) &&
+            !m_isJoined[thread].exchange(true, std::memory_order_acquire))
             return thread;
     }
     return 0;
@@ -83,16 +83,16 @@ unsigned ForkJoin::takeNumber()
 
 void ForkJoin::help()
 {
-    const unsigned thread = takeNumber();
+    const unsigned thread = takeThreadNumber();
     if (thread == 0)
         return;
-    for (unsigned look = 0; look < kPatience && m_isOpen.load(std::memory_order_acquire); ++look)
+    for (unsigned spins = 0; spins < kMostSpins && m_isOpen.load(std::memory_order_acquire); ++spins)
     {
         if (takeTask(thread))
-            look = 0;
+            spins = 0;
         else
-            rest(look);
+            spinWait(spins);
     }
-    m_isHere[thread].store(false, std::memory_order_release);
+    m_isJoined[thread].store(false, std::memory_order_release);
 }
 }  // namespace cullet

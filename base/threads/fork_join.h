@@ -18,23 +18,23 @@ class ForkJoin
 {
 public:
     /// @param threads their number, including the first one, which has the number 0
-    explicit ForkJoin(unsigned threads) : m_threads(threads), m_isHere(new std::atomic<bool>[threads])
+    explicit ForkJoin(unsigned threads) : m_threads(threads), m_isJoined(new std::atomic<bool>[threads])
     {
         for (unsigned thread = 0; thread < threads; ++thread)
-            m_isHere[thread].store(false, std::memory_order_relaxed);
+            m_isJoined[thread].store(false, std::memory_order_relaxed);
     }
 
     /// Calls body(task, thread) for task in [0, tasks), each once, in the calling thread and in threads in help().
     /// Loops do not nest.
     ///
-    /// @param callHelpers called once tasks can be taken
-    template <class Body, class CallHelpers>
-    void run(unsigned tasks, const Body& body, const CallHelpers& callHelpers)
+    /// @param wakeHelpers called once tasks can be taken
+    template <class Body, class WakeHelpers>
+    void run(unsigned tasks, const Body& body, const WakeHelpers& wakeHelpers)
     {
         begin(tasks, &body,
               [](const void* what, unsigned task, unsigned thread)
               { (*static_cast<const Body*>(what))(task, thread); });
-        callHelpers();
+        wakeHelpers();
         while (takeTask(0))
         {
         }
@@ -60,23 +60,23 @@ public:
     void help();
 
     /// How often a waiting thread spins before it does something else, about a microsecond each time.
-    static constexpr unsigned kPatience = 64;
+    static constexpr unsigned kMostSpins = 64;
 
-    /// Pauses a spinning thread, for the benefit of the other thread of its core. It yields only after kPatience
+    /// Pauses a spinning thread, for the benefit of the other thread of its core. It yields only after kMostSpins
     /// times: on a busy machine, a thread that yields is descheduled for milliseconds.
     ///
-    /// @param look how often the thread has spun before
-    static void rest(unsigned look);
+    /// @param spins how often the thread has spun before
+    static void spinWait(unsigned spins);
 
 private:
     using Call = void (*)(const void* body, unsigned task, unsigned thread);
 
     void begin(unsigned tasks, const void* body, Call call);
-    unsigned takeNumber();
+    unsigned takeThreadNumber();
     bool takeTask(unsigned thread);
     void finish();
 
-    static constexpr std::uint64_t kLoop = std::uint64_t{1} << 32;
+    static constexpr std::uint64_t kLoopUnit = std::uint64_t{1} << 32;
 
     // Written between loops only, and read by threads that have taken a task.
     const void* m_body = nullptr;
@@ -85,9 +85,9 @@ private:
     bool m_isRunning = false;
 
     unsigned m_threads;
-    std::unique_ptr<std::atomic<bool>[]> m_isHere;  ///< [threads]
-    alignas(64) std::atomic<std::uint64_t> m_left{
-        0};  ///< number of the loop times kLoop, plus the number of tasks that are not taken yet
+    std::unique_ptr<std::atomic<bool>[]> m_isJoined;  ///< [threads]
+    alignas(64) std::atomic<std::uint64_t> m_loopAndTasks{
+        0};  ///< number of the loop times kLoopUnit, plus the number of tasks that are not taken yet
     alignas(64) std::atomic<unsigned> m_done{0};
     std::atomic<bool> m_isOpen{false};
     std::atomic<bool> m_hasFailed{false};

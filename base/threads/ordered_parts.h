@@ -43,13 +43,13 @@ public:
     /// Calls take(items, first task, end of tasks) for each finished part that has not been delivered, in order. One
     /// thread.
     template <class Take>
-    void takeReady(const Take& take)
+    void deliverReady(const Take& take)
     {
-        for (; m_taken < m_parts; ++m_taken)
+        for (; m_delivered < m_parts; ++m_delivered)
         {
-            const unsigned first = m_taken * m_tasksPerPart;
+            const unsigned first = m_delivered * m_tasksPerPart;
             const unsigned end = std::min(first + m_tasksPerPart, m_tasks);
-            if (m_done[m_taken].load(std::memory_order_acquire) != end - first)
+            if (m_done[m_delivered].load(std::memory_order_acquire) != end - first)
                 return;
             take(itemsOfTasks(first, end), first, end);
         }
@@ -67,7 +67,7 @@ private:
     unsigned m_tasksPerPart;
     unsigned m_tasks;
     unsigned m_parts;
-    unsigned m_taken = 0;
+    unsigned m_delivered = 0;
     std::unique_ptr<std::atomic<unsigned>[]> m_done;  ///< finished tasks, by part
 };
 }  // namespace cullet

@@ -18,14 +18,14 @@ namespace cullet
 /// started.
 ///
 /// A number above that of the machine's cores divides the work into as many lists, on as many threads as cores. One
-/// loop or together() at a time.
+/// loop or runRegion() at a time.
 class ParallelLoops
 {
 public:
     /// Nanoseconds of work per thread for which waking the thread pays. A thread joins 15 to 60 microseconds after it
     /// is requested, or much later on a shared machine, and its output is in the cache of another core. Tests of data
     /// races lower this number for the whole program, before any loop: only speed depends on it.
-    static inline double worth = 2e5;
+    static inline double workPerThread = 2e5;
 
     /// @param threads 0: as many as the machine has
     explicit ParallelLoops(int threads)
@@ -48,39 +48,39 @@ public:
     template <class Body>
     void run(unsigned tasks, const Body& body)
     {
-        if (tasks == 1 || m_limit == 1 || (m_isTogether && m_crew->isRunning()))
+        if (tasks == 1 || m_limit == 1 || (m_isInRegion && m_forkJoin->isRunning()))
         {
             for (unsigned task = 0; task < tasks; ++task)
                 call(body, task, 0);
         }
-        else if (m_isTogether)
+        else if (m_isInRegion)
         {
-            m_crew->run(
+            m_forkJoin->run(
                 tasks, [&](unsigned task, unsigned thread) { call(body, task, thread); },
-                [&] { callHelpers(tasks); });
+                [&] { wakeHelpers(tasks); });
         }
         else
         {
-            together([&] { run(tasks, body); });
+            runRegion([&] { run(tasks, body); });
         }
     }
 
     /// Calls body(); the loops that it runs share one fork and join (ForkJoin).
     template <class Body>
-    void together(const Body& body)
+    void runRegion(const Body& body)
     {
         if (m_limit == 1)
         {
             body();
             return;
         }
-        if (!m_call)
+        if (!m_registration)
         {
-            m_crew = std::make_unique<ForkJoin>(threads());
-            m_helpers = ThreadPool::shared();
-            m_call.emplace(*m_helpers, *m_crew);
+            m_forkJoin = std::make_unique<ForkJoin>(threads());
+            m_threadPool = ThreadPool::shared();
+            m_registration.emplace(*m_threadPool, *m_forkJoin);
         }
-        const Together isOpen(*this);
+        const Region isOpen(*this);
         body();
     }
 
@@ -88,41 +88,41 @@ public:
     ///
     /// @param work nanoseconds that one thread would need, estimated by counts of operations and never by a clock
     template <class Body>
-    void together(double work, const Body& body)
+    void runRegion(double work, const Body& body)
     {
         const Limit whileItRuns(*this, work);
-        together(body);
+        runRegion(body);
     }
 
-    /// Inside together() with an upper bound of the work: sets the work of the loops that follow.
+    /// Inside runRegion() with an upper bound of the work: sets the work of the loops that follow.
     void limit(double work) { m_limit = threadsFor(work); }
 
-    /// Inside together(): requests the threads for loops of `tasks` tasks that follow soon, since threads join with a
+    /// Inside runRegion(): requests the threads for loops of `tasks` tasks that follow soon, since threads join with a
     /// delay.
-    void expect(unsigned tasks)
+    void prewake(unsigned tasks)
     {
-        if (m_isTogether)
-            callHelpers(tasks);
+        if (m_isInRegion)
+            wakeHelpers(tasks);
     }
 
 private:
     /// Opens the ForkJoin, and closes it when the loops are over or one has failed.
-    class Together
+    class Region
     {
     public:
-        explicit Together(ParallelLoops& pool) : m_pool(pool)
+        explicit Region(ParallelLoops& pool) : m_pool(pool)
         {
-            m_pool.m_crew->open();
-            m_pool.m_isTogether = true;
+            m_pool.m_forkJoin->open();
+            m_pool.m_isInRegion = true;
         }
-        ~Together()
+        ~Region()
         {
-            m_pool.m_isTogether = false;
-            m_pool.m_crew->close();
-            m_pool.m_call->end();
+            m_pool.m_isInRegion = false;
+            m_pool.m_forkJoin->close();
+            m_pool.m_registration->end();
         }
-        Together(const Together&) = delete;
-        Together& operator=(const Together&) = delete;
+        Region(const Region&) = delete;
+        Region& operator=(const Region&) = delete;
 
     private:
         ParallelLoops& m_pool;
@@ -151,7 +151,7 @@ private:
 
     unsigned threadsFor(double work) const
     {
-        return static_cast<unsigned>(std::clamp(work / worth, 1.0, static_cast<double>(m_threads)));
+        return static_cast<unsigned>(std::clamp(work / workPerThread, 1.0, static_cast<double>(m_threads)));
     }
 
     template <class Body>
@@ -163,19 +163,19 @@ private:
             body(task);
     }
 
-    void callHelpers(unsigned tasks)
+    void wakeHelpers(unsigned tasks)
     {
         const unsigned wanted = std::min({tasks, m_limit, cores()});
         if (wanted > 1)
-            m_call->ask(wanted - 1);
+            m_registration->requestUpTo(wanted - 1);
     }
 
     unsigned m_threads;
     unsigned m_limit;  ///< threads of the loops that follow, at most
-    bool m_isTogether = false;
-    std::unique_ptr<ForkJoin> m_crew;
-    std::shared_ptr<ThreadPool> m_helpers;
-    std::optional<ThreadPool::Call> m_call;
+    bool m_isInRegion = false;
+    std::unique_ptr<ForkJoin> m_forkJoin;
+    std::shared_ptr<ThreadPool> m_threadPool;
+    std::optional<ThreadPool::Registration> m_registration;
 };
 
 /// Part `task` of `tasks` equal parts of [0, items).

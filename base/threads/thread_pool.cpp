@@ -48,7 +48,7 @@ ThreadPool::ThreadPool() : m_process(thisProcess()) {}
 
 ThreadPool::~ThreadPool()
 {
-    m_isOver.store(true, std::memory_order_relaxed);
+    m_isStopping.store(true, std::memory_order_relaxed);
     m_calls.wake(kMostThreads);
     for (std::thread& thread : m_threads)
         m_process == thisProcess() ? thread.join() : thread.detach();
@@ -59,7 +59,7 @@ void ThreadPool::grow(unsigned count)
 {
     if (m_count.load(std::memory_order_relaxed) >= count || m_process != thisProcess())
         return;
-    const std::lock_guard<std::mutex> lock(m_growing);
+    const std::lock_guard<std::mutex> lock(m_growMutex);
     try
     {
         while (m_threads.size() < count)
@@ -77,33 +77,33 @@ void ThreadPool::work()
     for (;;)
     {
         const std::uint32_t seen = m_calls.value();
-        if (m_isOver.load(std::memory_order_relaxed))
+        if (m_isStopping.load(std::memory_order_relaxed))
             return;
-        if (joinSome())
+        if (joinAny())
             continue;
         // The loops of the next update may begin soon after those of the last one.
-        unsigned look = 0;
-        while (look < ForkJoin::kPatience && m_calls.value() == seen)
-            ForkJoin::rest(look++);
-        if (look == ForkJoin::kPatience)
+        unsigned spins = 0;
+        while (spins < ForkJoin::kMostSpins && m_calls.value() == seen)
+            ForkJoin::spinWait(spins++);
+        if (spins == ForkJoin::kMostSpins)
             m_calls.sleep(seen);
     }
 }
 
 /// Joins a ForkJoin that requests threads, and returns when it has left that; returns false if none requests threads.
-bool ThreadPool::joinSome()
+bool ThreadPool::joinAny()
 {
     const std::size_t used = m_usedSlots.load(std::memory_order_acquire);
     for (std::size_t i = 0; i < used; ++i)
     {
         Slot& slot = m_slots[i];
         std::uint32_t state = slot.state.load(std::memory_order_acquire);
-        while (state >= kCalled)
+        while (state >= kRequested)
         {
-            if (!slot.state.compare_exchange_weak(state, state - kCalled + 1, std::memory_order_acq_rel,
+            if (!slot.state.compare_exchange_weak(state, state - kRequested + 1, std::memory_order_acq_rel,
                                                   std::memory_order_acquire))
                 continue;
-            slot.crew->help();
+            slot.forkJoin->help();
             slot.state.fetch_sub(1, std::memory_order_release);
             return true;
         }
@@ -129,43 +129,44 @@ ThreadPool::Slot* ThreadPool::takeSlot()
     return nullptr;
 }
 
-ThreadPool::Call::Call(ThreadPool& threads, ForkJoin& crew) : m_threads(threads), m_slot(threads.takeSlot())
+ThreadPool::Registration::Registration(ThreadPool& threads, ForkJoin& forkJoin)
+    : m_threads(threads), m_slot(threads.takeSlot())
 {
     if (m_slot != nullptr)
-        m_slot->crew = &crew;
+        m_slot->forkJoin = &forkJoin;
 }
 
-ThreadPool::Call::~Call()
+ThreadPool::Registration::~Registration()
 {
     if (m_slot == nullptr)
         return;
     end();
     // Threads of the process that this one was forked from never leave.
     const bool hasThreads = m_threads.m_process == thisProcess();
-    for (unsigned look = 0; hasThreads && m_slot->state.load(std::memory_order_acquire) != 0; ++look)
-        ForkJoin::rest(look);
+    for (unsigned spins = 0; hasThreads && m_slot->state.load(std::memory_order_acquire) != 0; ++spins)
+        ForkJoin::spinWait(spins);
     m_slot->state.store(0, std::memory_order_relaxed);
     m_slot->isTaken.store(false, std::memory_order_release);
 }
 
-void ThreadPool::Call::end()
+void ThreadPool::Registration::end()
 {
     if (m_slot != nullptr)
-        m_slot->state.fetch_and(kCalled - 1, std::memory_order_relaxed);
+        m_slot->state.fetch_and(kRequested - 1, std::memory_order_relaxed);
 }
 
-void ThreadPool::Call::ask(unsigned helpers)
+void ThreadPool::Registration::requestUpTo(unsigned helpers)
 {
     if (m_slot == nullptr)
         return;
     helpers = std::min(helpers, kMostThreads);
     // Every requested thread has joined or will join: only this thread requests threads.
     const std::uint32_t state = m_slot->state.load(std::memory_order_relaxed);
-    const unsigned known = state / kCalled + state % kCalled;
+    const unsigned known = state / kRequested + state % kRequested;
     if (known >= helpers)
         return;
     m_threads.grow(helpers);
-    m_slot->state.fetch_add((helpers - known) * kCalled, std::memory_order_release);
+    m_slot->state.fetch_add((helpers - known) * kRequested, std::memory_order_release);
     m_threads.m_calls.wake(helpers - known);
 }
 }  // namespace cullet

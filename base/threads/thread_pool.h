@@ -28,13 +28,13 @@ class ThreadPool
     struct alignas(64) Slot
     {
         std::atomic<bool> isTaken{false};
-        ForkJoin* crew = nullptr;
+        ForkJoin* forkJoin = nullptr;
         std::atomic<std::uint32_t> state{0};
     };
 
 public:
     /// ForkJoin objects that threads can join; further ones run on their first thread alone.
-    static constexpr std::size_t kMostCrews = 1024;
+    static constexpr std::size_t kMostForkJoins = 1024;
 
     /// The pool of the process. It is destroyed with its last owner.
     static std::shared_ptr<ThreadPool> shared();
@@ -45,17 +45,17 @@ public:
     ThreadPool& operator=(const ThreadPool&) = delete;
 
     /// Registers a ForkJoin, so that threads can join it.
-    class Call
+    class Registration
     {
     public:
-        Call(ThreadPool& threads, ForkJoin& crew);
+        Registration(ThreadPool& threads, ForkJoin& forkJoin);
         /// Returns when all threads that joined have left. @pre the ForkJoin is closed
-        ~Call();
-        Call(const Call&) = delete;
-        Call& operator=(const Call&) = delete;
+        ~Registration();
+        Registration(const Registration&) = delete;
+        Registration& operator=(const Registration&) = delete;
 
         /// Requests threads, until `helpers` have joined or are about to join.
-        void ask(unsigned helpers);
+        void requestUpTo(unsigned helpers);
         /// Cancels the requests for threads that have not joined. A joined thread leaves the closed ForkJoin when it
         /// runs again: the system may have descheduled it, and no update waits for that.
         void end();
@@ -66,19 +66,19 @@ public:
     };
 
 private:
-    static constexpr std::uint32_t kCalled = 1u << 16;
+    static constexpr std::uint32_t kRequested = 1u << 16;
     static constexpr unsigned kMostThreads = 1023;
 
     void grow(unsigned count);
     void work();
-    bool joinSome();
+    bool joinAny();
     Slot* takeSlot();
 
-    std::array<Slot, kMostCrews> m_slots;
+    std::array<Slot, kMostForkJoins> m_slots;
     std::atomic<std::size_t> m_usedSlots{0};  ///< slots of which any was ever taken: the first ones
     Futex m_calls;
-    std::atomic<bool> m_isOver{false};
-    std::mutex m_growing;
+    std::atomic<bool> m_isStopping{false};
+    std::mutex m_growMutex;
     std::atomic<unsigned> m_count{0};
     std::vector<std::thread> m_threads;
     long m_process;  ///< the process of the threads: a forked process has none

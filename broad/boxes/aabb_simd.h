@@ -63,7 +63,7 @@ inline bool overlapsBranchless(const Aabb& a, const Aabb& b) noexcept
 }
 
 /// Per axis, the signed distance from the maximum of `first` to the minimum of `second`.
-inline Float4 gapsBehind(const Aabb& first, const Aabb& second) noexcept
+inline Float4 gapsFromTo(const Aabb& first, const Aabb& second) noexcept
 {
     return minimaOf(second) - maximaOf(first);
 }
@@ -79,7 +79,7 @@ inline bool isTrueInAny(Int4 comparison) noexcept
 /// Whether boxes are farther apart than twice the margin on some axis. The result for empty boxes is unspecified.
 inline bool areFarApart(const Aabb& a, const Aabb& b, float margin) noexcept
 {
-    return isTrueInAny((gapsBehind(a, b) > 2.0f * margin) | (gapsBehind(b, a) > 2.0f * margin));
+    return isTrueInAny((gapsFromTo(a, b) > 2.0f * margin) | (gapsFromTo(b, a) > 2.0f * margin));
 }
 
 /// overlapsWithMargin() without branches.
@@ -94,8 +94,8 @@ inline bool overlapsWithMarginBranchless(const Aabb& a, const Aabb& b, float mar
 /// axis is left out.
 inline float gapOf(const Aabb& a, const Aabb& b) noexcept
 {
-    const Float4 forward = gapsBehind(a, b);
-    const Float4 backward = gapsBehind(b, a);
+    const Float4 forward = gapsFromTo(a, b);
+    const Float4 backward = gapsFromTo(b, a);
     const Float4 larger = backward > forward ? backward : forward;
     float gap = -std::numeric_limits<float>::infinity();
     for (int axis = 0; axis < 3; ++axis)
@@ -103,17 +103,17 @@ inline float gapOf(const Aabb& a, const Aabb& b) noexcept
     return gap;
 }
 
-/// Whether each face of the box is at most `slack` from the same face of the reference.
+/// Whether each face of the box is at most `skin` from the same face of the reference.
 ///
 /// inf - inf is NaN, so equal faces are compared separately.
-inline bool isInsideShell(const Aabb& box, const Aabb& reference, float slack) noexcept
+inline bool isInsideSkin(const Aabb& box, const Aabb& reference, float skin) noexcept
 {
     const float* const now = box.min;
     const float* const then = reference.min;
-    const auto isNear = [slack](Float4 a, Float4 b)
+    const auto isNear = [skin](Float4 a, Float4 b)
     {
         const Float4 motion = a - b;
-        return ((motion <= slack) & (motion >= -slack)) | (a == b);
+        return ((motion <= skin) & (motion >= -skin)) | (a == b);
     };
     return isTrueInAll(isNear(loadFloat4(now), loadFloat4(then)) &
                        isNear(loadFloat4(now + 2), loadFloat4(then + 2)));
@@ -121,15 +121,15 @@ inline bool isInsideShell(const Aabb& box, const Aabb& reference, float slack) n
 
 /// How far apart two reference boxes may be while their boxes can touch inside their skins: a little more than twice
 /// the skin, for the rounding of differences.
-inline float reachOfShells(float slack) noexcept
+inline float pairSkinOf(float skin) noexcept
 {
-    return 2.0002f * slack;
+    return 2.0002f * skin;
 }
 
 /// Up to which gap of the reference boxes a held pair stays held (overlapsWithMargin()) while both boxes are inside
 /// their skins. A little less than the exact bound, for the rounding of differences.
-inline float sureGapOf(float margin, float slack) noexcept
+inline float persistentGapOf(float margin, float skin) noexcept
 {
-    return 1.9999f * margin - reachOfShells(slack);
+    return 1.9999f * margin - pairSkinOf(skin);
 }
 }  // namespace cullet

@@ -85,7 +85,7 @@ int CellGrid::levelOf(const Aabb& box) const noexcept
     return cellsOf(box, m_commonLevel).count() <= kMostCells ? m_commonLevel : kUnbounded;
 }
 
-bool CellGrid::isAtHome(const Aabb& box, int level) const noexcept
+bool CellGrid::mayStayAtLevel(const Aabb& box, int level) const noexcept
 {
     const int finest = levelOf(box);
     if (level == finest)
@@ -131,17 +131,17 @@ CellGrid::Level& CellGrid::levelWithGrid(int level)
     return **place;
 }
 
-void CellGrid::addToSideList(std::uint32_t row)
+void CellGrid::addToUnbounded(std::uint32_t row)
 {
-    m_boxes[row].sidePlace = static_cast<std::uint32_t>(m_unbounded.size());
+    m_boxes[row].unboundedIndex = static_cast<std::uint32_t>(m_unbounded.size());
     m_unbounded.push_back(row);
 }
 
-void CellGrid::removeFromSideList(std::uint32_t row)
+void CellGrid::removeFromUnbounded(std::uint32_t row)
 {
-    const std::uint32_t place = m_boxes[row].sidePlace;
+    const std::uint32_t place = m_boxes[row].unboundedIndex;
     m_unbounded[place] = m_unbounded.back();
-    m_boxes[m_unbounded[place]].sidePlace = place;
+    m_boxes[m_unbounded[place]].unboundedIndex = place;
     m_unbounded.pop_back();
 }
 
@@ -153,7 +153,7 @@ void CellGrid::addAtLevel(std::uint32_t row, const Aabb& box, int level)
         ++levelWithGrid(level).boldCount;
     m_boxes[row] = {box, level, 0};
     if (level == kUnbounded)
-        return addToSideList(row);
+        return addToUnbounded(row);
     for (const auto& existing : m_levels)
     {
         UniformGrid& grid = existing->grid;
@@ -175,7 +175,7 @@ void CellGrid::removeBox(std::uint32_t row)
 {
     const int own = m_boxes[row].level;
     if (own == kUnbounded)
-        removeFromSideList(row);
+        removeFromUnbounded(row);
     for (const auto& level : m_levels)
     {
         if (!stores(level->grid, own))
@@ -190,7 +190,7 @@ void CellGrid::removeBox(std::uint32_t row)
 void CellGrid::updateBox(std::uint32_t row, const Aabb& box)
 {
     const int before = m_boxes[row].level;
-    const int after = isAtHome(box, before) ? before : levelOf(box);
+    const int after = mayStayAtLevel(box, before) ? before : levelOf(box);
     if (before != after || m_options.updatesByRemoveAndAdd)
     {
         removeBox(row);

@@ -116,7 +116,7 @@ public:
 
     /// Calls visit(other) for every other row that a row is paired with because one of the two is unbounded.
     template <class Visit>
-    void forEachBySideList(std::uint32_t row, Visit visit) const;
+    void forEachUnboundedPartner(std::uint32_t row, Visit visit) const;
 
     /// The grid of a level, or null.
     const UniformGrid* grid(int level) const;
@@ -132,7 +132,7 @@ private:
     {
         Aabb box = kEmptyAabb;
         int level = kAbsent;
-        std::uint32_t sidePlace = 0;  ///< index in m_unbounded, if unbounded
+        std::uint32_t unboundedIndex = 0;  ///< index in m_unbounded, if unbounded
     };
 
     struct Level
@@ -158,11 +158,11 @@ private:
     template <class Visit>
     void searchGrid(const UniformGrid& grid, std::uint32_t row, Visit visit) const;
     CellRange searchRange(const Aabb& box, int level) const noexcept;
-    bool isAtHome(const Aabb& box, int level) const noexcept;
+    bool mayStayAtLevel(const Aabb& box, int level) const noexcept;
     Level& levelWithGrid(int level);
     void addAtLevel(std::uint32_t row, const Aabb& box, int level);
-    void addToSideList(std::uint32_t row);
-    void removeFromSideList(std::uint32_t row);
+    void addToUnbounded(std::uint32_t row);
+    void removeFromUnbounded(std::uint32_t row);
 
     CellGridOptions m_options;
     int m_commonLevel = kFinestLevel;
@@ -175,7 +175,7 @@ private:
 };
 
 template <class Visit>
-void CellGrid::forEachBySideList(std::uint32_t row, Visit visit) const
+void CellGrid::forEachUnboundedPartner(std::uint32_t row, Visit visit) const
 {
     if (m_boxes[row].level != kUnbounded)
     {
@@ -193,7 +193,7 @@ void CellGrid::forEachBySideList(std::uint32_t row, Visit visit) const
 template <class Visit>
 void CellGrid::forEachNeighbour(std::uint32_t row, Visit visit) const
 {
-    forEachBySideList(row, visit);
+    forEachUnboundedPartner(row, visit);
     const int own = m_boxes[row].level;
     if (own == kUnbounded)
         return;
@@ -215,7 +215,7 @@ void CellGrid::forEachNeighbour(std::uint32_t row, Visit visit) const
 template <class Visit>
 void CellGrid::forEachNeighbourAbove(std::uint32_t row, Visit visit) const
 {
-    forEachBySideList(row, visit);
+    forEachUnboundedPartner(row, visit);
     for (const auto& level : m_levels)
     {
         if (level->grid.sizeExponent() >= m_boxes[row].level)

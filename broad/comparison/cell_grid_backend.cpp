@@ -48,12 +48,13 @@ CellGridBackend::CellGridBackend(const GridOptions& options)
 void CellGridBackend::restart(const Pairs& known)
 {
     m_pairs.restart(known);
-    m_isFresh = true;
+    m_needsRebuild = true;
 }
 
 bool CellGridBackend::wantsRebuild(const ProxyView& proxies) const
 {
-    return m_isFresh || m_rebuildFraction == 0.0 || proxies.dirtyCount > m_rebuildFraction * proxies.size;
+    return m_needsRebuild || m_rebuildFraction == 0.0 ||
+           proxies.dirtyCount > m_rebuildFraction * proxies.size;
 }
 
 /// Calls visit(other) for the partners of a row that are not among the counted pairs.
@@ -61,7 +62,7 @@ template <class Visit>
 void CellGridBackend::forEachPartner(std::uint32_t row, Visit visit) const
 {
     if (m_countsPairs)
-        m_grid.forEachBySideList(row, visit);
+        m_grid.forEachUnboundedPartner(row, visit);
     else
         m_grid.forEachNeighbour(row, visit);
 }
@@ -103,7 +104,7 @@ void CellGridBackend::rebuild(const ProxyView& proxies)
         searchUpwards(proxies);
     if (m_countsPairs)
         m_grid.forEachCounted([&](std::uint32_t a, std::uint32_t b) { m_pairs.test(proxies, a, b); });
-    m_isFresh = false;
+    m_needsRebuild = false;
     ++m_stats.rebuildsTotal;
 }
 

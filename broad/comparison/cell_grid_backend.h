@@ -49,8 +49,8 @@ private:
     bool m_hasOneGrid;
     bool m_searchesUpwards;  ///< in a rebuild
     double m_rebuildFraction;
-    bool m_isFresh = true;  ///< the grid is invalid until the next rebuild
-    float m_margin = 0.0f;  ///< of the last update
+    bool m_needsRebuild = true;  ///< the grid is invalid until the next rebuild
+    float m_margin = 0.0f;       ///< of the last update
     CandidatePairs m_pairs;
     std::uint64_t m_touchedBefore = 0;  ///< counters of the grid at the end of the last update
     std::uint64_t m_visitedBefore = 0;

@@ -81,7 +81,7 @@ void CellHash::unlink(std::uint32_t place)
     {
         while (m_slots[slot] != place)
             slot = slot + 1 == m_slots.size() ? 0 : slot + 1;
-        closeUp(slot);
+        shiftBack(slot);
         return;
     }
     std::uint32_t* link = &m_slots[slot];
@@ -92,7 +92,7 @@ void CellHash::unlink(std::uint32_t place)
 
 /// Backward-shift deletion: moves cells that were probed past the free slot back into it, so that no tombstones
 /// accumulate.
-void CellHash::closeUp(std::uint32_t hole)
+void CellHash::shiftBack(std::uint32_t hole)
 {
     const std::uint32_t count = static_cast<std::uint32_t>(m_slots.size());
     const auto distance = [count](std::uint32_t from, std::uint32_t to)

@@ -81,7 +81,7 @@ private:
     std::uint32_t slotOf(const CellNumber& cell) const;
     void link(std::uint32_t place);
     void unlink(std::uint32_t place);
-    void closeUp(std::uint32_t hole);
+    void shiftBack(std::uint32_t hole);
     void grow();
 
     GridStorage m_storage;

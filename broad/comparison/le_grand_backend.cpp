@@ -29,14 +29,14 @@ std::uint64_t idOf(const CellNumber& cell)
 int LeGrandBackend::chooseLevel(const ProxyView& proxies)
 {
     m_rows.clear();
-    m_side.clear();
+    m_unbounded.clear();
     int coarsest = CellGrid::kFinestLevel;
     for (std::uint32_t row = 0; row < proxies.size; ++row)
     {
         if (!isValid(proxies.boxes[row]))
             continue;
         const int level = levelOfBox(proxies.boxes[row], 1.0);
-        (level == CellGrid::kUnbounded ? m_side : m_rows).push_back(row);
+        (level == CellGrid::kUnbounded ? m_unbounded : m_rows).push_back(row);
         coarsest = std::max(coarsest, level == CellGrid::kUnbounded ? coarsest : level);
     }
     return coarsest;
@@ -93,21 +93,21 @@ void LeGrandBackend::testCell(const ProxyView& proxies, std::size_t begin, std::
     }
 }
 
-void LeGrandBackend::testSideList(const ProxyView& proxies)
+void LeGrandBackend::testUnbounded(const ProxyView& proxies)
 {
-    for (std::size_t i = 0; i < m_side.size(); ++i)
+    for (std::size_t i = 0; i < m_unbounded.size(); ++i)
     {
         for (const std::uint32_t row : m_rows)
-            m_pairs.test(proxies, m_side[i], row);
-        for (std::size_t j = i + 1; j < m_side.size(); ++j)
-            m_pairs.test(proxies, m_side[i], m_side[j]);
+            m_pairs.test(proxies, m_unbounded[i], row);
+        for (std::size_t j = i + 1; j < m_unbounded.size(); ++j)
+            m_pairs.test(proxies, m_unbounded[i], m_unbounded[j]);
     }
 }
 
 void LeGrandBackend::restart(const Pairs& known)
 {
     m_pairs.restart(known);
-    m_isFresh = true;
+    m_needsRebuild = true;
 }
 
 Status LeGrandBackend::update(const ProxyView& proxies, PairDelta& delta)
@@ -116,15 +116,15 @@ try
     delta.clear();
     m_pairs.begin(proxies);
     m_stats.path = "idle";
-    if (!m_isFresh && proxies.dirtyCount == 0 && proxies.margin == m_margin)
+    if (!m_needsRebuild && proxies.dirtyCount == 0 && proxies.margin == m_margin)
         return Status::Ok;
     m_stats.path = "rebuild";
     ++m_stats.rebuildsTotal;
-    m_isFresh = false;
+    m_needsRebuild = false;
     m_margin = proxies.margin;
     fillCells(proxies, chooseLevel(proxies));
     testCells(proxies);
-    testSideList(proxies);
+    testUnbounded(proxies);
     m_pairs.finish(proxies, delta);
     return Status::Ok;
 }
@@ -141,9 +141,9 @@ BackendStats LeGrandBackend::stats() const
     stats.pairs = m_pairs.size();
     stats.candidates = m_pairs.testCount();
     stats.levels = 1;
-    stats.unbounded = m_side.size();
+    stats.unbounded = m_unbounded.size();
     stats.bytes = m_pairs.bytes() + m_cells.capacity() * sizeof(std::uint64_t) +
-                  (m_rows.capacity() + m_side.capacity()) * sizeof(std::uint32_t);
+                  (m_rows.capacity() + m_unbounded.capacity()) * sizeof(std::uint32_t);
     return stats;
 }
 

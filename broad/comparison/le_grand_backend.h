@@ -35,13 +35,13 @@ private:
     void fillCells(const ProxyView& proxies, int level);
     void testCells(const ProxyView& proxies);
     void testCell(const ProxyView& proxies, std::size_t begin, std::size_t end);
-    void testSideList(const ProxyView& proxies);
+    void testUnbounded(const ProxyView& proxies);
 
     CandidatePairs m_pairs;
-    std::vector<std::uint32_t> m_rows;   ///< rows of bounded boxes
-    std::vector<std::uint32_t> m_side;   ///< rows of unbounded boxes
+    std::vector<std::uint32_t> m_rows;       ///< rows of bounded boxes
+    std::vector<std::uint32_t> m_unbounded;  ///< rows of unbounded boxes
     std::vector<std::uint64_t> m_cells;  ///< [8 * rows] cell id << 32 | index in m_rows << 3 | control bits
-    bool m_isFresh = true;
+    bool m_needsRebuild = true;
     float m_margin = 0.0f;  ///< of the last update
     BackendStats m_stats;
 };

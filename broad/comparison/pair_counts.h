@@ -30,7 +30,7 @@ public:
     {
         const std::size_t place = find(keyOf(a, b));
         if (--m_slots[place].count == 0)
-            closeUp(place);
+            shiftBack(place);
     }
 
     /// Calls visit(a, b) for every pair. O(slots).
@@ -82,7 +82,7 @@ private:
         return place;
     }
 
-    void closeUp(std::size_t hole)
+    void shiftBack(std::size_t hole)
     {
         const std::size_t mask = m_slots.size() - 1;
         for (std::size_t place = next(hole); m_slots[place].count != 0; place = next(place))

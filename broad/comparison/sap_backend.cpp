@@ -50,19 +50,19 @@ void SapBackend::OpenIntervals::clear()
 void SapBackend::restart(const Pairs& known)
 {
     m_known = known;
-    m_isFresh = true;
+    m_needsRebuild = true;
 }
 
 /// Discards all boxes and holds the pairs given to restart().
 void SapBackend::begin(const ProxyView& proxies)
 {
-    for (LimitList& axis : m_axes)
+    for (EndpointList& axis : m_axes)
         axis.clear();
     m_boxes.clear();
     m_overlapping.reset(0);
     m_held.reset(m_known.size());
     // An update that failed may have left entries in these.
-    m_open.clear();
+    m_toReevaluate.clear();
     m_touched.clear();
     m_openNew.clear();
     m_openOld.clear();
@@ -70,29 +70,29 @@ void SapBackend::begin(const ProxyView& proxies)
     {
         if (pair.firstRow == kNoRow || pair.secondRow == kNoRow)
         {
-            m_vanished.push_back(pair.ids);
+            m_expired.push_back(pair.ids);
             continue;
         }
-        m_open.push_back(PairSet::keyOf(pair.firstRow, pair.secondRow));
-        m_held.insert(m_open.back());
+        m_toReevaluate.push_back(PairSet::keyOf(pair.firstRow, pair.secondRow));
+        m_held.insert(m_toReevaluate.back());
     }
     m_known = {};
-    m_isFresh = false;
+    m_needsRebuild = false;
 }
 
-void SapBackend::sortOutRow(const ProxyView& proxies, std::uint32_t row)
+void SapBackend::classifyRow(const ProxyView& proxies, std::uint32_t row)
 {
     const Aabb& before = m_boxes[row];
     const Aabb& after = proxies.boxes[row];
-    const bool isThere = isValid(before);
-    const bool willBeThere = isValid(after);
-    const bool staysNear = isThere && willBeThere && overlaps(before, after);
-    if (staysNear)
+    const bool wasValid = isValid(before);
+    const bool isNowValid = isValid(after);
+    const bool overlapsOldBox = wasValid && isNowValid && overlaps(before, after);
+    if (overlapsOldBox)
         m_moving.push_back(row);
-    if (isThere && !staysNear)
+    if (wasValid && !overlapsOldBox)
         m_leaving.push_back(row);
-    if (willBeThere && !staysNear)
-        m_coming.push_back(row);
+    if (isNowValid && !overlapsOldBox)
+        m_entering.push_back(row);
 }
 
 void SapBackend::removeLeaving()
@@ -105,7 +105,7 @@ void SapBackend::removeLeaving()
         m_isLeaving[row] = 1;
         m_boxes[row] = kEmptyAabb;
     }
-    for (LimitList& axis : m_axes)
+    for (EndpointList& axis : m_axes)
         axis.remove(m_isLeaving);
     const std::size_t firstEnded = m_touched.size();
     m_overlapping.forEach(
@@ -129,10 +129,10 @@ void SapBackend::addOverlap(std::uint64_t key)
 void SapBackend::moveBox(std::uint32_t row, const Aabb& box)
 {
     m_boxes[row] = box;
-    const auto onEvent = [&](std::uint32_t other, LimitEvent event)
+    const auto onEvent = [&](std::uint32_t other, EndpointEvent event)
     {
         const std::uint64_t key = PairSet::keyOf(row, other);
-        if (event == LimitEvent::OverlapEnds)
+        if (event == EndpointEvent::OverlapEnds)
         {
             if (m_overlapping.erase(key))
                 m_touched.push_back(key);
@@ -142,19 +142,19 @@ void SapBackend::moveBox(std::uint32_t row, const Aabb& box)
         if (overlaps(box, m_boxes[other]))
             addOverlap(key);
     };
-    for (LimitList& axis : m_axes)
+    for (EndpointList& axis : m_axes)
         axis.move(row, box, onEvent);
 }
 
 /// Returns how many tests a sweep over an axis would make, by counting the open intervals.
-std::uint64_t SapBackend::countTestsAlong(const LimitList& axis) const
+std::uint64_t SapBackend::countTestsAlong(const EndpointList& axis) const
 {
     std::uint64_t open[2] = {0, 0};  // old, new
     std::uint64_t tests = 0;
-    for (const LimitList::Limit& limit : axis.limits())
+    for (const EndpointList::Endpoint& endpoint : axis.endpoints())
     {
-        const std::uint8_t isNew = m_isComing[limit.row()];
-        if (limit.side() == LimitSide::End)
+        const std::uint8_t isNew = m_isEntering[endpoint.row()];
+        if (endpoint.side() == EndpointSide::End)
         {
             --open[isNew];
             continue;
@@ -177,15 +177,15 @@ void SapBackend::testOpen(std::uint32_t row, const OpenIntervals& open)
 }
 
 /// Finds the pairs of the new boxes: "when adding a new start to the set, report all boxes of the set" (Lesson 04).
-void SapBackend::sweep(const LimitList& axis)
+void SapBackend::sweep(const EndpointList& axis)
 {
     m_openPlaces.resize(m_boxes.size());
-    for (const LimitList::Limit& limit : axis.limits())
+    for (const EndpointList::Endpoint& endpoint : axis.endpoints())
     {
-        const std::uint32_t row = limit.row();
-        const bool isNew = m_isComing[row] != 0;
+        const std::uint32_t row = endpoint.row();
+        const bool isNew = m_isEntering[row] != 0;
         OpenIntervals& own = isNew ? m_openNew : m_openOld;
-        if (limit.side() == LimitSide::End)
+        if (endpoint.side() == EndpointSide::End)
         {
             own.remove(row, m_openPlaces);
             continue;
@@ -197,21 +197,21 @@ void SapBackend::sweep(const LimitList& axis)
     }
 }
 
-void SapBackend::insertComing(const ProxyView& proxies)
+void SapBackend::insertEntering(const ProxyView& proxies)
 {
-    if (m_coming.empty())
+    if (m_entering.empty())
         return;
     m_stats.path = "batch";
-    m_isComing.assign(m_boxes.size(), 0);
-    for (const std::uint32_t row : m_coming)
+    m_isEntering.assign(m_boxes.size(), 0);
+    for (const std::uint32_t row : m_entering)
     {
-        m_isComing[row] = 1;
+        m_isEntering[row] = 1;
         m_boxes[row] = proxies.boxes[row];
     }
     std::uint64_t tests[kAxes];
     for (std::size_t axis = 0; axis < kAxes; ++axis)
     {
-        m_axes[axis].insert(m_coming, m_boxes);
+        m_axes[axis].insert(m_entering, m_boxes);
         tests[axis] = countTestsAlong(m_axes[axis]);
     }
     sweep(m_axes[static_cast<std::size_t>(std::min_element(tests, tests + kAxes) - tests)]);
@@ -221,28 +221,28 @@ void SapBackend::applyChanges(const ProxyView& proxies)
 {
     m_moving.clear();
     m_leaving.clear();
-    m_coming.clear();
-    const bool isFresh = m_isFresh;
-    if (isFresh)
+    m_entering.clear();
+    const bool needsRebuild = m_needsRebuild;
+    if (needsRebuild)
         begin(proxies);
     m_boxes.resize(proxies.size, kEmptyAabb);
-    const std::uint32_t count = isFresh ? proxies.size : proxies.dirtyCount;
+    const std::uint32_t count = needsRebuild ? proxies.size : proxies.dirtyCount;
     for (std::uint32_t i = 0; i < count; ++i)
-        sortOutRow(proxies, isFresh ? i : proxies.dirty[i]);
+        classifyRow(proxies, needsRebuild ? i : proxies.dirty[i]);
     removeLeaving();
     for (const std::uint32_t row : m_moving)
         moveBox(row, proxies.boxes[row]);
-    insertComing(proxies);
+    insertEntering(proxies);
 }
 
 /// Applies the rules of Backend to the pairs whose overlap changed, and to those held or excluded despite their boxes.
-void SapBackend::settlePairs(const ProxyView& proxies, PairDelta& delta)
+void SapBackend::applyPairRules(const ProxyView& proxies, PairDelta& delta)
 {
-    m_touched.insert(m_touched.end(), m_open.begin(), m_open.end());
+    m_touched.insert(m_touched.end(), m_toReevaluate.begin(), m_toReevaluate.end());
     std::sort(m_touched.begin(), m_touched.end());
     m_touched.erase(std::unique(m_touched.begin(), m_touched.end()), m_touched.end());
-    m_open.clear();
-    delta.removed.swap(m_vanished);
+    m_toReevaluate.clear();
+    delta.removed.swap(m_expired);
     for (const std::uint64_t key : m_touched)
     {
         const std::uint32_t a = firstRow(key), b = secondRow(key);
@@ -265,7 +265,7 @@ void SapBackend::settlePairs(const ProxyView& proxies, PairDelta& delta)
             isHeld = false;
         }
         if (isHeld != isOverlapping)
-            m_open.push_back(key);
+            m_toReevaluate.push_back(key);
     }
     m_touched.clear();
     std::sort(delta.added.begin(), delta.added.end());
@@ -276,18 +276,18 @@ Status SapBackend::update(const ProxyView& proxies, PairDelta& delta)
 try
 {
     delta.clear();
-    m_vanished.clear();
+    m_expired.clear();
     m_stats.candidates = 0;
     m_stats.path = "idle";
     std::uint64_t swaps[kAxes];
     for (std::size_t axis = 0; axis < kAxes; ++axis)
         swaps[axis] = m_axes[axis].swapsTotal();
-    if (m_isFresh || proxies.dirtyCount != 0 || proxies.margin != m_margin)
+    if (m_needsRebuild || proxies.dirtyCount != 0 || proxies.margin != m_margin)
     {
         m_stats.path = "incremental";
         m_margin = proxies.margin;
         applyChanges(proxies);
-        settlePairs(proxies, delta);
+        applyPairRules(proxies, delta);
     }
     for (std::size_t axis = 0; axis < kAxes; ++axis)
         m_stats.swaps[axis] = m_axes[axis].swapsTotal() - swaps[axis];
@@ -305,10 +305,10 @@ BackendStats SapBackend::stats() const
     BackendStats stats = m_stats;
     stats.pairs = m_held.count();
     stats.bytes = m_boxes.capacity() * sizeof(Aabb) + m_overlapping.bytes() + m_held.bytes() +
-                  (m_open.capacity() + m_touched.capacity()) * sizeof(std::uint64_t);
-    for (const LimitList& axis : m_axes)
+                  (m_toReevaluate.capacity() + m_touched.capacity()) * sizeof(std::uint64_t);
+    for (const EndpointList& axis : m_axes)
     {
-        stats.entries += axis.limits().size();
+        stats.entries += axis.endpoints().size();
         stats.bytes += axis.bytes();
     }
     return stats;

@@ -44,35 +44,35 @@ private:
     };
 
     void begin(const ProxyView& proxies);
-    void sortOutRow(const ProxyView& proxies, std::uint32_t row);
+    void classifyRow(const ProxyView& proxies, std::uint32_t row);
     void applyChanges(const ProxyView& proxies);
     void removeLeaving();
     void moveBox(std::uint32_t row, const Aabb& box);
-    void insertComing(const ProxyView& proxies);
-    std::uint64_t countTestsAlong(const LimitList& axis) const;
-    void sweep(const LimitList& axis);
+    void insertEntering(const ProxyView& proxies);
+    std::uint64_t countTestsAlong(const EndpointList& axis) const;
+    void sweep(const EndpointList& axis);
     void testOpen(std::uint32_t row, const OpenIntervals& open);
     void addOverlap(std::uint64_t key);
-    void settlePairs(const ProxyView& proxies, PairDelta& delta);
+    void applyPairRules(const ProxyView& proxies, PairDelta& delta);
 
-    std::array<LimitList, 3> m_axes = {LimitList(0), LimitList(1), LimitList(2)};
+    std::array<EndpointList, 3> m_axes = {EndpointList(0), EndpointList(1), EndpointList(2)};
     std::vector<Aabb> m_boxes;  ///< by row, as in the endpoint lists; empty if in none
     PairSet m_overlapping;      ///< pairs of rows that overlap now
     PairSet m_held;             ///< pairs of rows that have been reported
     /// Pairs in just one of the two sets: held by the margin alone, or excluded by the filter.
-    std::vector<std::uint64_t> m_open;
+    std::vector<std::uint64_t> m_toReevaluate;
     std::vector<std::uint64_t> m_touched;  ///< pairs that entered or left m_overlapping in this update
 
     // Changed rows of this update, by what happens to their endpoints.
-    std::vector<std::uint32_t> m_moving, m_leaving, m_coming;
-    std::vector<std::uint8_t> m_isLeaving, m_isComing;  ///< by row
+    std::vector<std::uint32_t> m_moving, m_leaving, m_entering;
+    std::vector<std::uint8_t> m_isLeaving, m_isEntering;  ///< by row
     OpenIntervals m_openNew, m_openOld;
     std::vector<std::uint32_t> m_openPlaces;  ///< by row
 
-    bool m_isFresh = true;
+    bool m_needsRebuild = true;
     float m_margin = 0.0f;  ///< of the last update
     Pairs m_known;          ///< given to restart(), until the next update
-    Pairs m_vanished;
+    Pairs m_expired;
     BackendStats m_stats;
 };
 }  // namespace cullet

@@ -10,14 +10,14 @@
 namespace cullet
 {
 /// Which end of its interval an endpoint is; a start precedes an end of equal value, so that intervals are closed.
-enum class LimitSide : std::uint8_t
+enum class EndpointSide : std::uint8_t
 {
     Start,
     End
 };
 
 /// Effect of a swap of two neighbouring endpoints of different boxes on the two intervals.
-enum class LimitEvent : std::uint8_t
+enum class EndpointEvent : std::uint8_t
 {
     Nothing,
     OverlapBegins,
@@ -25,34 +25,35 @@ enum class LimitEvent : std::uint8_t
 };
 
 /// The eight swap cases of Lesson 04, "SAP - Incremental Update": `moving` passes over `passed`.
-constexpr LimitEvent limitEvent(LimitSide moving, bool movesRight, LimitSide passed) noexcept
+constexpr EndpointEvent endpointEvent(EndpointSide moving, bool movesRight, EndpointSide passed) noexcept
 {
     if (moving == passed)
-        return LimitEvent::Nothing;
-    return (moving == LimitSide::End) == movesRight ? LimitEvent::OverlapBegins : LimitEvent::OverlapEnds;
+        return EndpointEvent::Nothing;
+    return (moving == EndpointSide::End) == movesRight ? EndpointEvent::OverlapBegins
+                                                       : EndpointEvent::OverlapEnds;
 }
 
 /// The sorted endpoints of all boxes on one axis.
-class LimitList
+class EndpointList
 {
 public:
-    struct Limit
+    struct Endpoint
     {
         float value;
         std::uint32_t rowAndSide;  ///< row << 1 | side
 
         std::uint32_t row() const noexcept { return rowAndSide >> 1; }
-        LimitSide side() const noexcept { return static_cast<LimitSide>(rowAndSide & 1); }
+        EndpointSide side() const noexcept { return static_cast<EndpointSide>(rowAndSide & 1); }
 
-        bool precedes(const Limit& other) const noexcept
+        bool precedes(const Endpoint& other) const noexcept
         {
             return value != other.value ? value < other.value : side() < other.side();
         }
     };
 
-    explicit LimitList(int axis) : m_axis(axis) {}
+    explicit EndpointList(int axis) : m_axis(axis) {}
 
-    const std::vector<Limit>& limits() const noexcept { return m_limits; }
+    const std::vector<Endpoint>& endpoints() const noexcept { return m_endpoints; }
 
     /// Swaps of neighbours ever made.
     std::uint64_t swapsTotal() const noexcept { return m_swapsTotal; }
@@ -73,75 +74,78 @@ public:
     ///
     /// The box grows before it shrinks, so that its own endpoints never meet and each endpoint passes another once at
     /// most: an overlap that ends only to begin again is never reported.
-    /// @param onEvent void(other row, LimitEvent), called for each change but LimitEvent::Nothing
+    /// @param onEvent void(other row, EndpointEvent), called for each change but EndpointEvent::Nothing
     template <class OnEvent>
     void move(std::uint32_t row, const Aabb& box, OnEvent onEvent)
     {
-        const Limit start = {box.min[m_axis], row << 1};
-        const Limit end = {box.max[m_axis], row << 1 | 1};
-        if (start.value < limitOf(start).value)
+        const Endpoint start = {box.min[m_axis], row << 1};
+        const Endpoint end = {box.max[m_axis], row << 1 | 1};
+        if (start.value < endpointOf(start).value)
             moveLeft(start, onEvent);
-        if (end.value > limitOf(end).value)
+        if (end.value > endpointOf(end).value)
             moveRight(end, onEvent);
-        if (start.value > limitOf(start).value)
+        if (start.value > endpointOf(start).value)
             moveRight(start, onEvent);
-        if (end.value < limitOf(end).value)
+        if (end.value < endpointOf(end).value)
             moveLeft(end, onEvent);
         // Zeros of different signs compare equal and were not moved.
-        m_limits[m_places[start.rowAndSide]] = start;
-        m_limits[m_places[end.rowAndSide]] = end;
+        m_endpoints[m_places[start.rowAndSide]] = start;
+        m_endpoints[m_places[end.rowAndSide]] = end;
     }
 
 private:
-    const Limit& limitOf(const Limit& limit) const { return m_limits[m_places[limit.rowAndSide]]; }
-
-    void put(const Limit& limit, std::uint32_t place)
+    const Endpoint& endpointOf(const Endpoint& endpoint) const
     {
-        m_limits[place] = limit;
-        m_places[limit.rowAndSide] = place;
+        return m_endpoints[m_places[endpoint.rowAndSide]];
+    }
+
+    void put(const Endpoint& endpoint, std::uint32_t place)
+    {
+        m_endpoints[place] = endpoint;
+        m_places[endpoint.rowAndSide] = place;
     }
 
     template <class OnEvent>
-    void pass(const Limit& moving, bool movesRight, const Limit& passed, OnEvent& onEvent)
+    void pass(const Endpoint& moving, bool movesRight, const Endpoint& passed, OnEvent& onEvent)
     {
         ++m_swapsTotal;
-        const LimitEvent event = limitEvent(moving.side(), movesRight, passed.side());
-        if (event != LimitEvent::Nothing)
+        const EndpointEvent event = endpointEvent(moving.side(), movesRight, passed.side());
+        if (event != EndpointEvent::Nothing)
             onEvent(passed.row(), event);
     }
 
     template <class OnEvent>
-    void moveLeft(const Limit& limit, OnEvent& onEvent)
+    void moveLeft(const Endpoint& endpoint, OnEvent& onEvent)
     {
-        std::uint32_t place = m_places[limit.rowAndSide];
-        for (; place > 0 && limit.precedes(m_limits[place - 1]); --place)
+        std::uint32_t place = m_places[endpoint.rowAndSide];
+        for (; place > 0 && endpoint.precedes(m_endpoints[place - 1]); --place)
         {
-            const Limit passed = m_limits[place - 1];
+            const Endpoint passed = m_endpoints[place - 1];
             put(passed, place);
-            pass(limit, false, passed, onEvent);
+            pass(endpoint, false, passed, onEvent);
         }
-        put(limit, place);
+        put(endpoint, place);
     }
 
     template <class OnEvent>
-    void moveRight(const Limit& limit, OnEvent& onEvent)
+    void moveRight(const Endpoint& endpoint, OnEvent& onEvent)
     {
-        std::uint32_t place = m_places[limit.rowAndSide];
-        for (; place + 1 < m_limits.size() && m_limits[place + 1].precedes(limit); ++place)
+        std::uint32_t place = m_places[endpoint.rowAndSide];
+        for (; place + 1 < m_endpoints.size() && m_endpoints[place + 1].precedes(endpoint); ++place)
         {
-            const Limit passed = m_limits[place + 1];
+            const Endpoint passed = m_endpoints[place + 1];
             put(passed, place);
-            pass(limit, true, passed, onEvent);
+            pass(endpoint, true, passed, onEvent);
         }
-        put(limit, place);
+        put(endpoint, place);
     }
 
     void renumber();
 
     int m_axis;
-    std::vector<Limit> m_limits;          ///< sorted
-    std::vector<Limit> m_fresh;           ///< scratch of insert()
-    std::vector<std::uint32_t> m_places;  ///< index in m_limits by rowAndSide
+    std::vector<Endpoint> m_endpoints;     ///< sorted
+    std::vector<Endpoint> m_newEndpoints;  ///< scratch of insert()
+    std::vector<std::uint32_t> m_places;   ///< index in m_endpoints by rowAndSide
     std::uint64_t m_swapsTotal = 0;
 };
 }  // namespace cullet

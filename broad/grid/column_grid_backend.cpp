@@ -11,13 +11,13 @@ namespace cullet
 namespace
 {
 // Calm updates before resting mode begins: it has to last to be worth its refill.
-constexpr std::uint32_t kQuietUpdates = 4;
+constexpr std::uint32_t kCalmUpdates = 4;
 constexpr std::uint32_t kAnchorSample = 256;
 // One box in so many may begin to move in an update. More of them would fill the resting mode with awake boxes before
 // it has paid for its refill.
 constexpr std::uint32_t kFreshShare = 64;
 constexpr std::size_t kFewChanges = 65536;  // added and removed pairs
-constexpr std::size_t kHardlyAny = 1024;
+constexpr std::size_t kVeryFewChanges = 1024;
 
 /// Union of the RowChange bits of all rows.
 std::uint8_t changesOf(const ProxyView& view)
@@ -38,13 +38,13 @@ std::uint8_t changesOf(const ProxyView& view)
 
 ColumnGridBackend::ColumnGridBackend(const GridOptions& options)
     : m_options(options),
-      m_kernels(chooseRowKernels(options.baselineSimd)),
+      m_kernels(chooseColumnKernels(options.baselineSimd)),
       m_workers(options.threads),
-      m_alone(1),
+      m_serialLoops(1),
       m_grid(options, m_workers),
-      m_activeGrid(options, m_workers),
+      m_awakeGrid(options, m_workers),
       m_found(m_workers.threads()),
-      m_news(m_workers.threads()),
+      m_threadDeltas(m_workers.threads()),
       m_added(m_workers.threads()),
       m_removed(m_workers.threads())
 {
@@ -74,8 +74,8 @@ Status ColumnGridBackend::update(const ProxyView& proxies, PairDelta& delta)
             writeChanges(delta);
         };
         // An upper bound; the path that is taken sets its own limit.
-        const double most = proxies.dirtyCount == 0 ? 0.0 : ModePolicy::kCostOfSettling * proxies.size;
-        m_workers.together(most, work);
+        const double most = proxies.dirtyCount == 0 ? 0.0 : ModePolicy::kCostOfRestingRefill * proxies.size;
+        m_workers.runRegion(most, work);
         countWork();
     }
     catch (const std::bad_alloc&)
@@ -91,9 +91,9 @@ Status ColumnGridBackend::update(const ProxyView& proxies, PairDelta& delta)
 
 void ColumnGridBackend::countWork()
 {
-    const ColumnGrid::Work all = m_grid.takeWork();
-    const ColumnGrid::Work active = m_activeGrid.takeWork();
-    m_stats.candidates += all.tests + active.tests;
+    const ColumnGrid::Work all = m_grid.collectWork();
+    const ColumnGrid::Work awake = m_awakeGrid.collectWork();
+    m_stats.candidates += all.tests + awake.tests;
     m_stats.cellsVisited = all.visits;
 }
 
@@ -104,8 +104,8 @@ void ColumnGridBackend::writeChanges(PairDelta& delta)
     for (unsigned worker = 0; worker < m_workers.threads(); ++worker)
         count += m_added[worker].size() + m_removed[worker].size();
     const bool isShared = m_workers.threads() > 2 && count > kFewChanges;
-    ParallelLoops& pool = isShared ? m_workers : m_alone;
-    const unsigned tasks = isShared || m_workers.threads() == 1 || count < kHardlyAny ? 1u : 2u;
+    ParallelLoops& pool = isShared ? m_workers : m_serialLoops;
+    const unsigned tasks = isShared || m_workers.threads() == 1 || count < kVeryFewChanges ? 1u : 2u;
     m_workers.run(tasks,
                   [&](unsigned task)
                   {
@@ -125,7 +125,7 @@ void ColumnGridBackend::updateOrThrow(const ProxyView& view)
 {
     const bool filterChanged = m_hadFilter != (view.filters != nullptr);
     m_hadFilter = view.filters != nullptr;
-    const bool isNewToWords = filterChanged || m_restarted;
+    const bool areFilterWordsNew = filterChanged || m_restarted;
     const std::uint8_t changes = changesOf(view);
     if (m_restarted)
         forgetRows();
@@ -134,49 +134,49 @@ void ColumnGridBackend::updateOrThrow(const ProxyView& view)
 
     if (m_restarted || hasRefiltered)
     {
-        decide(m_restarted ? "restarted" : "filter words changed", 0, ModePolicy::kCostOfRefill * view.size,
-               0);
-        rebuild(view, m_mode == Mode::Settled && !m_restarted);
+        recordDecision(m_restarted ? "restarted" : "filter words changed", 0,
+                       ModePolicy::kCostOfRefill * view.size, 0);
+        rebuild(view, m_mode == Mode::Resting && !m_restarted);
     }
-    else if (m_mode == Mode::Settled)
+    else if (m_mode == Mode::Resting)
     {
-        if (updateSettled(view) == SettledOutcome::Refill)
+        if (updateResting(view) == RestingOutcome::Refill)
         {
             m_policy.end();
             rebuild(view, m_policy.mayBegin() || m_options.rebuildFraction >= 1.0f);
         }
     }
-    else if (view.dirtyCount != 0 && shouldSettle(view))
+    else if (view.dirtyCount != 0 && shouldBeginResting(view))
     {
-        decide("most boxes rest", 0, ModePolicy::kCostOfSettling * view.size,
-               ModePolicy::kCostOfMoving * view.size);
+        recordDecision("most boxes rest", 0, ModePolicy::kCostOfRestingRefill * view.size,
+                       ModePolicy::kCostOfMoving * view.size);
         rebuild(view, true);
     }
     else
     {
         updateMoving(view);
     }
-    rememberWords(view, isNewToWords || m_words.size() < view.size);
+    rememberFilterWords(view, areFilterWordsNew || m_filterWords.size() < view.size);
 }
 
 /// Stores the filter words of this update, which listOverlapping() needs in a later one.
-void ColumnGridBackend::rememberWords(const ProxyView& view, bool all)
+void ColumnGridBackend::rememberFilterWords(const ProxyView& view, bool all)
 {
     if (view.filters == nullptr)
     {
-        m_words.clear();
+        m_filterWords.clear();
         return;
     }
     if (all)
     {
-        m_words.assign(view.filters, view.filters + view.size);
+        m_filterWords.assign(view.filters, view.filters + view.size);
         return;
     }
     for (std::uint32_t i = 0; i < view.dirtyCount; ++i)
     {
         const std::uint32_t row = view.dirty[i];
         if ((view.changes[row] & (kRowCreated | kRowRefiltered)) != 0)
-            m_words[row] = view.filters[row];
+            m_filterWords[row] = view.filters[row];
     }
 }
 
@@ -186,12 +186,12 @@ void ColumnGridBackend::forgetRows()
 {
     m_reference.clear();
     m_states.clear();
-    m_words.clear();
+    m_filterWords.clear();
     m_moverStamps.clear();
     m_anchors.clear();
     m_anchorAge = 0;
     m_areMotionsUneven = false;
-    m_reachOctave = kLeastReach;
+    m_boundOctave = kLeastBoundOctave;
     m_calmUpdates = 0;
 }
 
@@ -199,20 +199,20 @@ void ColumnGridBackend::prepareRows(const ProxyView& view, bool hasCreated)
 {
     if (m_reference.size() < view.size)
     {
-        m_reference.resize(view.size, remembered(kEmptyAabb));
+        m_reference.resize(view.size, nanIfEmpty(kEmptyAabb));
         m_states.resize(view.size, RowState::Absent);
     }
     for (std::uint32_t i = 0; i < view.dirtyCount && hasCreated; ++i)
     {
         const std::uint32_t row = view.dirty[i];
         if ((view.changes[row] & kRowCreated) != 0)
-            m_reference[row] = remembered(kEmptyAabb);
+            m_reference[row] = nanIfEmpty(kEmptyAabb);
     }
 }
 
 /// Whether a refill with skins around the boxes will pay: in a sample, few boxes left a skin around where they were
 /// some updates ago. Speed is no criterion, since a resting pile jitters fast without going anywhere.
-bool ColumnGridBackend::shouldSettle(const ProxyView& view)
+bool ColumnGridBackend::shouldBeginResting(const ProxyView& view)
 {
     if (!m_options.settles || m_options.rebuildFraction == 0.0f)
         return false;
@@ -223,17 +223,17 @@ bool ColumnGridBackend::shouldSettle(const ProxyView& view)
         return false;
     if (view.dirtyCount < view.size / 8)
         return countFreshMovers(view) <= view.size / kFreshShare;
-    const float slack = 0.5f * view.margin;
+    const float skin = 0.5f * view.margin;
     std::uint32_t away = 0;
     for (std::size_t i = 0; i < m_anchors.size(); ++i)
     {
         const std::uint32_t row = static_cast<std::uint32_t>(i) * m_anchorStride;
-        away += isInsideShell(view.boxes[row], m_anchors[i], slack) ? 0u : 1u;
+        away += isInsideSkin(view.boxes[row], m_anchors[i], skin) ? 0u : 1u;
     }
     ++m_anchorAge;
-    const bool isQuiet = !m_anchors.empty() && away * 10 <= m_anchors.size();
-    if (isQuiet)
-        return m_anchorAge >= kQuietUpdates;
+    const bool isCalm = !m_anchors.empty() && away * 10 <= m_anchors.size();
+    if (isCalm)
+        return m_anchorAge >= kCalmUpdates;
     m_anchorAge = 0;
     m_anchorStride = view.size / kAnchorSample + 1;
     m_anchors.clear();
@@ -260,8 +260,8 @@ std::uint32_t ColumnGridBackend::countFreshMovers(const ProxyView& view)
 void ColumnGridBackend::forEachCell(const CellVisitor& visit) const
 {
     m_grid.forEachCell(visit);
-    if (m_mode == Mode::Settled && !m_active.empty())
-        m_activeGrid.forEachCell(visit);
+    if (m_mode == Mode::Resting && !m_awake.empty())
+        m_awakeGrid.forEachCell(visit);
 }
 
 BackendStats ColumnGridBackend::stats() const
@@ -275,21 +275,24 @@ BackendStats ColumnGridBackend::stats() const
     stats.decision.oneLevelCost = plan.oneLevelCost;
     stats.decision.allLevelsCost = plan.allLevelsCost;
     stats.unbounded = m_grid.unbounded().size();
-    stats.bytes = m_grid.bytes() + m_activeGrid.bytes() + m_settled.bytes() + m_sorts[0].bytes() +
-                  m_sorts[1].bytes() + m_reference.capacity() * sizeof(Aabb) + m_states.capacity() +
-                  m_words.capacity() * sizeof(Filter) + m_motions.capacity() * sizeof(float) +
-                  m_moverStamps.capacity() * sizeof(std::uint32_t) + m_despite.bytes() + m_oldPairs.bytes() +
-                  m_oldKeys.capacity() * sizeof(std::uint64_t) +
-                  (m_apart.capacity() + m_overlapping.capacity() + m_sorted.capacity()) * sizeof(RowPair) +
-                  m_between.bytes() + m_betweenBoxes.capacity() * sizeof(Aabb) +
-                  m_lists.capacity() * sizeof(NeighbourList) +
-                  (m_active.capacity() + m_quiet.capacity() + m_escaped.capacity()) * sizeof(std::uint32_t);
+    stats.bytes =
+        m_grid.bytes() + m_awakeGrid.bytes() + m_restingPairs.bytes() + m_sorts[0].bytes() +
+        m_sorts[1].bytes() + m_reference.capacity() * sizeof(Aabb) + m_states.capacity() +
+        m_filterWords.capacity() * sizeof(Filter) + m_motions.capacity() * sizeof(float) +
+        m_moverStamps.capacity() * sizeof(std::uint32_t) + m_filterExempt.bytes() + m_oldPairs.bytes() +
+        m_oldKeys.capacity() * sizeof(std::uint64_t) +
+        (m_hysteresisPairs.capacity() + m_overlapping.capacity() + m_nextOverlapping.capacity()) *
+            sizeof(RowPair) +
+        m_awakePairs.bytes() + m_awakePairsBoxes.capacity() * sizeof(Aabb) +
+        m_lists.capacity() * sizeof(NeighbourList) +
+        (m_awake.capacity() + m_insideSkin.capacity() + m_outsideSkin.capacity()) * sizeof(std::uint32_t);
     for (const NeighbourPart& part : m_parts)
         stats.bytes += part.bytes();
     for (unsigned worker = 0; worker < m_workers.threads(); ++worker)
     {
         stats.bytes += m_added[worker].bytes() + m_removed[worker].bytes() + m_found[worker].bytes() +
-                       m_news[worker].held.bytes() + m_news[worker].apart.capacity() * sizeof(RowPair);
+                       m_threadDeltas[worker].held.bytes() +
+                       m_threadDeltas[worker].hysteresis.capacity() * sizeof(RowPair);
     }
     return stats;
 }

@@ -32,7 +32,7 @@ class CollectingSink;
 /// current boxes are compared. There is no list and no hash of all pairs; only while some boxes teleport, the pairs
 /// of the last update are listed.
 ///
-/// *Resting mode*: the grid of the last refill is frozen. Each box has a skin of thickness `m_slack` around its
+/// *Resting mode*: the grid of the last refill is frozen. Each box has a skin of thickness `m_skin` around its
 /// reference position; while it stays inside, only its changeable pairs (VerletPairs) can change. A box that leaves
 /// its skin becomes *awake*. A second, small grid pairs awake boxes with each other, and neighbour lists
 /// (NeighbourList) pair them with resting ones; a query makes a list anew when its box has left the skin of the list.
@@ -58,44 +58,45 @@ private:
     enum class Mode : std::uint8_t
     {
         Moving,
-        Settled
+        Resting
     };
 
     enum class RowState : std::uint8_t
     {
         Absent,   ///< no box, or none in the frozen grid
-        Settled,  ///< inside its skin
-        Active    ///< left its skin, or was created
+        Resting,  ///< inside its skin
+        Awake     ///< left its skin, or was created
     };
 
-    enum class SettledOutcome : std::uint8_t
+    enum class RestingOutcome : std::uint8_t
     {
         Done,
         Refill  ///< nothing was reported; refill everything
     };
 
     class MovingSink;
-    class JumpedSink;
+    class TeleportedSink;
     class NeighbourSink;
 
     /// Changes of pairs that one thread records in moving mode, besides m_added and m_removed.
-    struct alignas(64) PairNews
+    struct alignas(64) ThreadDelta
     {
-        std::vector<RowPair> apart;          ///< hysteresis pairs: held, overlap with the margin only
-        KeyList held;                        ///< overlap and are held; while they are listed
-        std::vector<std::uint64_t> despite;  ///< overlap and are held although the filter words reject them
-        std::vector<std::uint64_t> lifted;   ///< exempt from the filter so far, no longer overlap
-        std::vector<std::uint64_t> kept;     ///< when most boxes teleported: overlap as before
+        std::vector<RowPair> hysteresis;  ///< hysteresis pairs: held, overlap with the margin only
+        KeyList held;                     ///< overlap and are held; while they are listed
+        std::vector<std::uint64_t>
+            newlyExempt;  ///< overlap and are held although the filter words reject them
+        std::vector<std::uint64_t> noLongerExempt;  ///< exempt from the filter so far, no longer overlap
+        std::vector<std::uint64_t> kept;            ///< when most boxes teleported: overlap as before
     };
 
     /// Octave of the smallest motion bound: 2^-63, so that its multiples are no denormals, which are slow.
-    static constexpr std::uint32_t kLeastReach = 64;
+    static constexpr std::uint32_t kLeastBoundOctave = 64;
 
     /// Boxes are enlarged by a little more than the skin, for the rounding of sums and differences.
     static constexpr float kGrowFactor = 1.0001f;
 
     /// The box, or NaN for an empty one: no comparison holds for NaN, not even with an infinite box.
-    static Aabb remembered(const Aabb& box)
+    static Aabb nanIfEmpty(const Aabb& box)
     {
         constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
         return isValidBranchless(box) ? box : Aabb{{kNan, kNan, kNan}, {kNan, kNan, kNan}};
@@ -107,10 +108,10 @@ private:
     void countWork();
     void forgetRows();
     void prepareRows(const ProxyView& view, bool hasCreated);
-    void rememberWords(const ProxyView& view, bool all);
-    bool shouldSettle(const ProxyView& view);
+    void rememberFilterWords(const ProxyView& view, bool all);
+    bool shouldBeginResting(const ProxyView& view);
     std::uint32_t countFreshMovers(const ProxyView& view);
-    void decide(const char* reason, std::size_t strays, double cost, double otherCost)
+    void recordDecision(const char* reason, std::size_t strays, double cost, double otherCost)
     {
         m_stats.decision.reason = reason;
         m_stats.decision.strays = static_cast<std::uint32_t>(strays);
@@ -142,42 +143,42 @@ private:
         return overlapsBranchless(a, b) && isValidBranchless(a) && isValidBranchless(b);
     }
     /// overlapsWithMargin() without branches.
-    static bool isNear(const ProxyView& view, RowPair pair)
+    static bool isWithinMargin(const ProxyView& view, RowPair pair)
     {
         const Aabb& a = view.boxes[pair.a];
         const Aabb& b = view.boxes[pair.b];
         return overlapsWithMarginBranchless(a, b, view.margin) && isValidBranchless(a) &&
                isValidBranchless(b);
     }
-    bool areStillJumping(const ProxyView& view);
+    bool areStillTeleporting(const ProxyView& view);
     void listOverlapping(std::vector<std::uint64_t>& held);
     bool scanMoving(const ProxyView& view, bool isListing, bool mayFollow, PairSink& sink);
     bool follow(const ProxyView& view, const GridInput& input);
-    void examineApart(const ProxyView& view);
+    void examineHysteresisPairs(const ProxyView& view);
     void examineOverlapping(const ProxyView& view);
     void rememberBoxes(const ProxyView& view);
     void rememberSample(const ProxyView& view);
 
     // thread_deltas.cpp
-    void clearNews();
-    void part(const ProxyView& view, RowPair pair, bool isNear, unsigned worker);
-    void takeNews();
-    void takeHeld(bool isListing);
+    void clearThreadDeltas();
+    void separatePair(const ProxyView& view, RowPair pair, bool isWithinMargin, unsigned worker);
+    void mergeThreadDeltas();
+    void mergeOverlapping(bool isListing);
 
     // motion_bound.cpp
-    void chooseReach(const GridMotion& motion, std::uint32_t rows);
-    std::uint32_t octaveWorthReaching(const GridMotion& motion, std::uint32_t rows) const;
-    bool isReachable(std::uint32_t octave) const;
+    void chooseMotionBound(const GridMotion& motion, std::uint32_t rows);
+    std::uint32_t bestBoundOctave(const GridMotion& motion, std::uint32_t rows) const;
+    bool isBoundAllowed(std::uint32_t octave) const;
     float* prepareMotions(const ProxyView& view);
 
     // teleport_update.cpp: moving mode when most boxes teleported
-    void updateJumped(const ProxyView& view, bool isSure);
+    void updateTeleported(const ProxyView& view, bool isComparisonSkipped);
     void sortOverlapping();
     std::uint32_t firstRowOf(const ProxyView& view, unsigned task, unsigned tasks) const;
     void compareLists(const ProxyView& view, std::uint32_t begin, std::uint32_t end, unsigned worker);
-    void partDeparted(const ProxyView& view, const std::uint64_t* old, const std::uint64_t* end,
-                      unsigned worker);
-    void takeOld(const ProxyView& view, std::uint64_t key, bool isNear, PairNews& news);
+    void separateOldPairs(const ProxyView& view, const std::uint64_t* old, const std::uint64_t* end,
+                          unsigned worker);
+    void recordOldPair(const ProxyView& view, std::uint64_t key, bool isWithinMargin, ThreadDelta& delta);
 
     // column_grid_rebuild.cpp: refill from any state, with a list of the held pairs
     void rebuild(const ProxyView& view, bool settle);
@@ -185,36 +186,36 @@ private:
     void collectHeld(std::vector<RowPair>& held);
     void collectKnown(const ProxyView& view, std::vector<RowPair>& held);
     void rebuildMoving(const ProxyView& view, const std::vector<RowPair>& held);
-    void rebuildSettled(const ProxyView& view, const std::vector<RowPair>& held);
-    void watch(const ProxyView& view, const CollectingSink& candidates, const std::vector<RowPair>& held,
-               VerletPairs& pairs);
+    void rebuildResting(const ProxyView& view, const std::vector<RowPair>& held);
+    void classifyPairs(const ProxyView& view, const CollectingSink& candidates,
+                       const std::vector<RowPair>& held, VerletPairs& pairs);
 
     // resting_update.cpp
-    SettledOutcome updateSettled(const ProxyView& view);
-    void findEscaped(const ProxyView& view);
-    std::uint32_t findEscapedOfFew(const ProxyView& view);
-    std::uint32_t findEscapedOfAll(const ProxyView& view);
-    void activate(std::uint32_t row);
-    void updateWatched(const ProxyView& view);
-    void updateAllWatched(const ProxyView& view, VerletPairs& pairs, unsigned worker);
-    bool isSure(const VerletPairs& pairs, const Aabb& a, const Aabb& b) const;
-    void changeWatchedPair(const ProxyView& view, VerletPairs& pairs, std::size_t index, unsigned worker);
+    RestingOutcome updateResting(const ProxyView& view);
+    void classifyChangedBoxes(const ProxyView& view);
+    std::uint32_t classifyFewChangedBoxes(const ProxyView& view);
+    std::uint32_t classifyAllBoxes(const ProxyView& view);
+    void wakeBox(std::uint32_t row);
+    void updateRestingPairs(const ProxyView& view);
+    void updateChangeablePairs(const ProxyView& view, VerletPairs& pairs, unsigned worker);
+    bool isPersistent(const VerletPairs& pairs, const Aabb& a, const Aabb& b) const;
+    void updatePairState(const ProxyView& view, VerletPairs& pairs, std::size_t index, unsigned worker);
 
     // awake_boxes.cpp
-    void updateActive(const ProxyView& view);
-    bool isBetweenValid() const;
-    void scanBetween(const ProxyView& view, CollectingSink& sink);
+    void updateAwake(const ProxyView& view);
+    bool areAwakePairsValid() const;
+    void scanAwake(const ProxyView& view, CollectingSink& sink);
     void findPairsWithUnbounded(const ProxyView& view, CollectingSink& sink) const;
-    void chooseBetweenReach();
-    void rebuildBetween(const ProxyView& view, const CollectingSink& sink);
+    void chooseAwakePairsSkin();
+    void rebuildAwakePairs(const ProxyView& view, const CollectingSink& sink);
 
     // neighbour_list_update.cpp
     TaskRange rangeOf(unsigned part) const;
     void beginList(std::uint32_t row);
-    void orderActive(const ProxyView& view, unsigned parts);
+    void orderAwake(const ProxyView& view, unsigned parts);
     void updateLists(const ProxyView& view, unsigned part, unsigned worker);
-    void dropEscaped(NeighbourPart& to) const;
-    void askForList(const ProxyView& view, std::uint32_t index, NeighbourPart& to);
+    void expireAwakePartners(NeighbourPart& to) const;
+    void prepareListQuery(const ProxyView& view, std::uint32_t index, NeighbourPart& to);
     void makeLists(const ProxyView& view, unsigned part, unsigned worker);
     void compactLists(unsigned part);
     static void moveList(const VerletPairs& from, NeighbourList& list, VerletPairs& to);
@@ -222,9 +223,9 @@ private:
     GridOptions m_options;
     const ColumnKernels& m_kernels;
     ParallelLoops m_workers;
-    ParallelLoops m_alone;    ///< a single thread
-    ColumnGrid m_grid;        ///< all boxes (moving mode), or the resting ones (resting mode)
-    ColumnGrid m_activeGrid;  ///< pairs of awake boxes
+    ParallelLoops m_serialLoops;  ///< a single thread
+    ColumnGrid m_grid;            ///< all boxes (moving mode), or the resting ones (resting mode)
+    ColumnGrid m_awakeGrid;       ///< pairs of awake boxes
     Mode m_mode = Mode::Moving;
     bool m_restarted = true;
     bool m_hadFilter = false;
@@ -233,50 +234,51 @@ private:
         m_reference;  ///< [rows] boxes of the last update (moving mode), or centres of the skins (resting mode)
     std::vector<RowState> m_states;  ///< [rows] valid in resting mode
 
-    std::vector<Filter> m_words;  ///< [rows] filter words as of the last update; empty without filter
+    std::vector<Filter> m_filterWords;  ///< [rows] filter words as of the last update; empty without filter
 
     // Moving mode. The pair set has the pairs that overlap and pass the filter, and these:
-    PairSet m_despite;                         ///< overlap, held although the filter words reject them by now
-    std::vector<RowPair> m_apart;              ///< hysteresis pairs: overlap with the margin only
+    PairSet m_filterExempt;                    ///< overlap, held although the filter words reject them by now
+    std::vector<RowPair> m_hysteresisPairs;    ///< hysteresis pairs: overlap with the margin only
     std::vector<std::uint64_t> m_overlapping;  ///< held pairs that overlap, while m_hasOverlapping
     bool m_hasOverlapping = false;
     bool m_isOverlappingSorted = false;  ///< by row, the lower one first
     bool m_isReferenceOld = false;       ///< m_reference is not of the last update, except for a sample
-    bool m_hasJumped = false;            ///< most boxes teleported in the last update; the grid was refilled
+    bool m_hasTeleported = false;        ///< most boxes teleported in the last update; the grid was refilled
     std::vector<KeyList> m_found;  ///< [threads] when most boxes teleported: pairs that overlap and are held
-    std::vector<std::uint64_t> m_sorted;  ///< the pairs of m_found, sorted; the next m_overlapping
-    std::vector<PairNews> m_news;         ///< [threads]
+    std::vector<std::uint64_t> m_nextOverlapping;  ///< the pairs of m_found, sorted; the next m_overlapping
+    std::vector<ThreadDelta> m_threadDeltas;       ///< [threads]
     GridMotion m_motion;
     std::vector<float>
         m_motions;  ///< [rows] while motions differ much: how far each box moved in this update
-    bool m_areMotionsUneven = false;               ///< in the last update; see prepareMotions()
-    std::uint32_t m_reachOctave = kLeastReach;     ///< see chooseReach()
-    std::uint32_t m_comparedOctave = kLeastReach;  ///< m_reachOctave that m_motion was measured with
+    bool m_areMotionsUneven = false;                     ///< in the last update; see prepareMotions()
+    std::uint32_t m_boundOctave = kLeastBoundOctave;     ///< see chooseMotionBound()
+    std::uint32_t m_comparedOctave = kLeastBoundOctave;  ///< m_boundOctave that m_motion was measured with
     std::uint32_t m_calmUpdates = 0;
     std::uint32_t m_scannedRows = 0;  ///< rows of the table in the last scan
 
-    float m_slack = 0;  ///< thickness of the skins in resting mode
-    float m_settledMargin = 0;
-    float m_sureGap = 0;  ///< held pairs whose reference boxes have at most this gap are persistent
-    VerletPairs m_settled;
-    std::vector<std::uint32_t> m_active;
-    std::size_t m_orderedCount = 0;      ///< awake boxes when they were ordered along the columns
-    std::uint32_t m_orderedAge = 0;      ///< updates since the ordering
-    std::vector<NeighbourList> m_lists;  ///< [m_active]
-    std::vector<NeighbourPart> m_parts;  ///< the lists, divided for tasks
-    VerletPairs m_between;               ///< pairs of awake boxes with each other, and with unbounded boxes
-    std::vector<Aabb> m_betweenBoxes;    ///< [m_active] boxes when m_between was made
-    std::uint32_t m_betweenAge = 0;      ///< updates since m_between was made
-    std::uint32_t m_betweenWait = 0;     ///< updates until m_between gets a skin again
-    float m_betweenReach = 0;            ///< skin of m_between: how far each box may move
-    // Memory of refills and of rebuildBetween():
+    float m_skin = 0;  ///< thickness of the skins in resting mode
+    float m_restingMargin = 0;
+    float m_persistentGap = 0;  ///< held pairs whose reference boxes have at most this gap are persistent
+    VerletPairs m_restingPairs;
+    std::vector<std::uint32_t> m_awake;
+    std::size_t m_orderedCount = 0;       ///< awake boxes when they were ordered along the columns
+    std::uint32_t m_orderedAge = 0;       ///< updates since the ordering
+    std::vector<NeighbourList> m_lists;   ///< [m_awake]
+    std::vector<NeighbourPart> m_parts;   ///< the lists, divided for tasks
+    VerletPairs m_awakePairs;             ///< pairs of awake boxes with each other, and with unbounded boxes
+    std::vector<Aabb> m_awakePairsBoxes;  ///< [m_awake] boxes when m_awakePairs was made
+    std::uint32_t m_awakePairsAge = 0;    ///< updates since m_awakePairs was made
+    std::uint32_t m_awakePairsWait = 0;   ///< updates until m_awakePairs gets a skin again
+    float m_awakePairsSkin = 0;           ///< skin of m_awakePairs: how far each box may move
+    // Memory of refills and of rebuildAwakePairs():
     SortedPairs m_oldPairs;
     std::vector<std::uint64_t> m_oldKeys;  // memory for the next m_oldPairs
-    bool m_haveFewChanged = true;
-    std::vector<std::uint32_t> m_quiet;    ///< rows that moved inside their skin; filled if m_haveFewChanged
-    std::size_t m_quietCount = 0;          ///< rows that moved inside their skin
-    std::vector<std::uint32_t> m_escaped;  ///< rows that left their skin
-    double m_wasted = 0;                   ///< work spent on awake boxes that do not move any more
+    bool m_hasFewChanges = true;
+    std::vector<std::uint32_t>
+        m_insideSkin;                   ///< rows that moved inside their skin; filled if m_hasFewChanges
+    std::size_t m_insideSkinCount = 0;  ///< rows that moved inside their skin
+    std::vector<std::uint32_t> m_outsideSkin;  ///< rows that left their skin
+    double m_wasted = 0;                       ///< work spent on awake boxes that do not move any more
     ModePolicy m_policy;
 
     std::vector<Aabb> m_anchors;  ///< moving mode: a sample of the boxes some updates ago

@@ -14,13 +14,13 @@ void ColumnGridBackend::collectHeld(std::vector<RowPair>& held)
     {
         if (!m_hasOverlapping)
             listOverlapping(m_overlapping);
-        held = m_apart;
+        held = m_hysteresisPairs;
         for (const std::uint64_t key : m_overlapping)
             held.push_back(rowsOf(key));
         return;
     }
-    m_settled.forEachHeld([&](RowPair pair) { held.push_back(pair); });
-    m_between.forEachHeld([&](RowPair pair) { held.push_back(pair); });
+    m_restingPairs.forEachHeld([&](RowPair pair) { held.push_back(pair); });
+    m_awakePairs.forEachHeld([&](RowPair pair) { held.push_back(pair); });
     for (const NeighbourPart& part : m_parts)
         part.pairs.forEachHeld([&](RowPair pair) { held.push_back(pair); });
 }
@@ -52,7 +52,7 @@ void ColumnGridBackend::sortOldPairs(const std::vector<RowPair>& pairs)
 
 void ColumnGridBackend::rebuild(const ProxyView& view, bool settle)
 {
-    m_workers.limit((settle ? ModePolicy::kCostOfSettling : ModePolicy::kCostOfRefill) * view.size);
+    m_workers.limit((settle ? ModePolicy::kCostOfRestingRefill : ModePolicy::kCostOfRefill) * view.size);
     std::vector<RowPair> held;
     if (m_restarted)
         collectKnown(view, held);
@@ -62,22 +62,22 @@ void ColumnGridBackend::rebuild(const ProxyView& view, bool settle)
     m_overlapping.clear();
     m_hasOverlapping = false;
     m_isOverlappingSorted = false;
-    m_hasJumped = false;
+    m_hasTeleported = false;
     m_isReferenceOld = false;
-    m_despite.reset(0);
-    m_apart.clear();
-    m_between.clear();
-    m_betweenBoxes.clear();
-    m_active.clear();
+    m_filterExempt.reset(0);
+    m_hysteresisPairs.clear();
+    m_awakePairs.clear();
+    m_awakePairsBoxes.clear();
+    m_awake.clear();
     m_lists.clear();
     m_parts.resize(1);
     m_parts[0].clear();
     m_orderedCount = 0;
-    m_betweenReach = 0;
-    m_settled.clear();
-    std::transform(view.boxes, view.boxes + view.size, m_reference.begin(), remembered);
+    m_awakePairsSkin = 0;
+    m_restingPairs.clear();
+    std::transform(view.boxes, view.boxes + view.size, m_reference.begin(), nanIfEmpty);
     if (settle)
-        rebuildSettled(view, held);
+        rebuildResting(view, held);
     else
         rebuildMoving(view, held);
     ++m_stats.rebuildsTotal;
@@ -93,7 +93,7 @@ void ColumnGridBackend::rebuildMoving(const ProxyView& view, const std::vector<R
     GridInput input;
     input.boxes = view.boxes;
     input.count = view.size;
-    m_grid.scan(input, sink, RowUse::Follow);
+    m_grid.scan(input, sink, ColumnUse::Follow);
     m_scannedRows = view.size;
     sink.forEach(
         [&](RowPair pair)
@@ -102,7 +102,7 @@ void ColumnGridBackend::rebuildMoving(const ProxyView& view, const std::vector<R
             const bool passes = mayEnter(view, pair);
             const bool wasHeld = m_oldPairs.contains(key);
             if (wasHeld && !passes)
-                m_despite.insert(key);
+                m_filterExempt.insert(key);
             if (!wasHeld && passes)
                 reportAdded(view, pair);
         });
@@ -118,29 +118,29 @@ void ColumnGridBackend::rebuildMoving(const ProxyView& view, const std::vector<R
             reportRemoved(view, pair);
             continue;
         }
-        m_apart.push_back(pair);
+        m_hysteresisPairs.push_back(pair);
     }
 }
 
-void ColumnGridBackend::rebuildSettled(const ProxyView& view, const std::vector<RowPair>& held)
+void ColumnGridBackend::rebuildResting(const ProxyView& view, const std::vector<RowPair>& held)
 {
-    m_mode = Mode::Settled;
+    m_mode = Mode::Resting;
     m_stats.path = "settle";
-    m_slack = 0.5f * view.margin;
-    m_settledMargin = view.margin;
-    m_sureGap = sureGapOf(view.margin, m_slack);
+    m_skin = 0.5f * view.margin;
+    m_restingMargin = view.margin;
+    m_persistentGap = persistentGapOf(view.margin, m_skin);
     m_policy.begin(view.size);
     m_wasted = 0;
     for (std::uint32_t row = 0; row < view.size; ++row)
-        m_states[row] = isValid(view.boxes[row]) ? RowState::Settled : RowState::Absent;
+        m_states[row] = isValid(view.boxes[row]) ? RowState::Resting : RowState::Absent;
     CollectingSink sink(m_workers.threads());
     GridInput input;
     input.boxes = view.boxes;
     input.count = view.size;
-    input.grow = kGrowFactor * m_slack;
-    m_grid.scan(input, sink, RowUse::Query);
-    watch(view, sink, held, m_settled);
-    m_settled.finish(view.size);
+    input.grow = kGrowFactor * m_skin;
+    m_grid.scan(input, sink, ColumnUse::Query);
+    classifyPairs(view, sink, held, m_restingPairs);
+    m_restingPairs.finish(view.size);
 }
 
 /// Classifies pairs by their current boxes.
@@ -148,11 +148,11 @@ void ColumnGridBackend::rebuildSettled(const ProxyView& view, const std::vector<
 /// @param candidates all pairs that may come to overlap
 /// @param held       held pairs so far; those that are no candidates are hysteresis pairs with a gap beyond the skins
 /// @param pairs      [out] all pairs that may change or are held; persistent ones only of resting boxes
-void ColumnGridBackend::watch(const ProxyView& view, const CollectingSink& candidates,
-                              const std::vector<RowPair>& held, VerletPairs& pairs)
+void ColumnGridBackend::classifyPairs(const ProxyView& view, const CollectingSink& candidates,
+                                      const std::vector<RowPair>& held, VerletPairs& pairs)
 {
     sortOldPairs(held);
-    std::vector<std::pair<RowPair, VerletPairs::State>> watched;
+    std::vector<std::pair<RowPair, VerletPairs::State>> changeable;
     candidates.forEach(
         [&](RowPair pair)
         {
@@ -164,10 +164,11 @@ void ColumnGridBackend::watch(const ProxyView& view, const CollectingSink& candi
             const Aabb& a = view.boxes[pair.a];
             const Aabb& b = view.boxes[pair.b];
             const bool isHeld = overlaps(a, b) || (wasHeld && overlapsWithMargin(a, b, view.margin));
-            if (isHeld && isSure(pairs, a, b))
-                pairs.add(pair, VerletPairs::State::Sure);
+            if (isHeld && isPersistent(pairs, a, b))
+                pairs.add(pair, VerletPairs::State::Persistent);
             else
-                watched.push_back({pair, isHeld ? VerletPairs::State::Held : VerletPairs::State::Open});
+                changeable.push_back(
+                    {pair, isHeld ? VerletPairs::State::Overlapping : VerletPairs::State::Candidate});
             if (isHeld && !wasHeld)
                 reportAdded(view, pair);
             if (!isHeld && wasHeld)
@@ -179,11 +180,11 @@ void ColumnGridBackend::watch(const ProxyView& view, const CollectingSink& candi
             const RowPair pair = rowsOf(key);
             const bool valid = isValid(view.boxes[pair.a]) && isValid(view.boxes[pair.b]);
             if (valid && overlapsWithMargin(view.boxes[pair.a], view.boxes[pair.b], view.margin))
-                watched.push_back({pair, VerletPairs::State::Held});
+                changeable.push_back({pair, VerletPairs::State::Overlapping});
             else
                 reportRemoved(view, pair);
         });
-    for (const auto& [pair, state] : watched)
+    for (const auto& [pair, state] : changeable)
         pairs.add(pair, state);
 }
 }  // namespace cullet

@@ -19,29 +19,29 @@ class SizedGridBackend final : public Backend, public CellSource
 public:
     explicit SizedGridBackend(const GridOptions& options)
         : m_options(options),
-          m_flat(std::make_unique<SmallWorldBackend>(options.baselineSimd)),
-          m_flatLimit(options.flatLimit == GridOptions::kMeasured ? m_flat->worthwhileRows()
-                                                                  : options.flatLimit)
+          m_smallWorld(std::make_unique<SmallWorldBackend>(options.baselineSimd)),
+          m_smallWorldLimit(options.flatLimit == GridOptions::kMeasured ? m_smallWorld->worthwhileRows()
+                                                                        : options.flatLimit)
     {
     }
 
     Status update(const ProxyView& proxies, PairDelta& delta) override
     try
     {
-        if (m_flat != nullptr && proxies.size > m_flatLimit)
+        if (m_smallWorld != nullptr && proxies.size > m_smallWorldLimit)
         {
             auto grid = std::make_unique<ColumnGridBackend>(m_options);
-            grid->restart(m_flat->heldPairs());
+            grid->restart(m_smallWorld->heldPairs());
             m_grid = std::move(grid);
-            m_flat.reset();
+            m_smallWorld.reset();
         }
         // A ProxyTable never shrinks, so that only a restart can have fewer rows.
-        else if (m_isRestarted && m_flat == nullptr && proxies.size <= m_flatLimit)
+        else if (m_isRestarted && m_smallWorld == nullptr && proxies.size <= m_smallWorldLimit)
         {
-            auto flat = std::make_unique<SmallWorldBackend>(m_options.baselineSimd);
-            flat->restart(m_grid->known());
+            auto smallWorld = std::make_unique<SmallWorldBackend>(m_options.baselineSimd);
+            smallWorld->restart(m_grid->known());
             m_rebuildsBefore += m_grid->stats().rebuildsTotal;
-            m_flat = std::move(flat);
+            m_smallWorld = std::move(smallWorld);
             m_grid.reset();
         }
         m_isRestarted = false;
@@ -75,13 +75,14 @@ public:
 private:
     Backend& current() const
     {
-        return m_flat != nullptr ? static_cast<Backend&>(*m_flat) : static_cast<Backend&>(*m_grid);
+        return m_smallWorld != nullptr ? static_cast<Backend&>(*m_smallWorld)
+                                       : static_cast<Backend&>(*m_grid);
     }
 
     GridOptions m_options;
-    std::unique_ptr<SmallWorldBackend> m_flat;  ///< null while the grid is in use
-    std::unique_ptr<ColumnGridBackend> m_grid;  ///< null while m_flat is in use
-    std::uint32_t m_flatLimit;
+    std::unique_ptr<SmallWorldBackend> m_smallWorld;  ///< null while the grid is in use
+    std::unique_ptr<ColumnGridBackend> m_grid;        ///< null while m_smallWorld is in use
+    std::uint32_t m_smallWorldLimit;
     bool m_isRestarted = false;
     std::uint64_t m_rebuildsBefore = 0;  ///< rebuilds of grids that a SmallWorldBackend replaced
 };

@@ -88,7 +88,7 @@ void sortKeys(std::uint64_t* from, std::uint64_t* to, std::size_t count)
     std::fill_n(offsets.begin(), digits, 0);
     for (std::size_t i = 0; i < count; ++i)
         ++offsets[(from[i] - lowest) >> shift];
-    const std::uint32_t most = sumUp(offsets.data(), digits);
+    const std::uint32_t most = exclusiveSum(offsets.data(), digits);
     for (std::size_t i = 0; i < count; ++i)
         to[offsets[(from[i] - lowest) >> shift]++] = from[i];
     if (most > kFewKeys)
@@ -106,7 +106,7 @@ void sortByWord(std::uint64_t* keys, std::size_t count, std::uint64_t lowest, st
     std::copy_n(keys, count, copy);
     for (std::size_t i = 0; i < count; ++i)
         ++offsets[(copy[i] - lowest) >> 32];
-    const std::uint32_t most = sumUp(offsets, words);
+    const std::uint32_t most = exclusiveSum(offsets, words);
     for (std::size_t i = 0; i < count; ++i)
         keys[offsets[(copy[i] - lowest) >> 32]++] = copy[i];
     if (most > kFewKeys)
@@ -144,7 +144,7 @@ bool PairSort::areInOrder(std::vector<KeyList>& lists)
     return true;
 }
 
-PairSort::Cut PairSort::cutOf(std::vector<KeyList>& lists, std::size_t count)
+PairSort::BucketMap PairSort::bucketMapOf(std::vector<KeyList>& lists, std::size_t count)
 {
     std::uint64_t lowest = ~std::uint64_t{0};
     std::uint64_t highest = 0;
@@ -154,10 +154,10 @@ PairSort::Cut PairSort::cutOf(std::vector<KeyList>& lists, std::size_t count)
         lowest = std::min(lowest, list.lowest());
         highest = std::max(highest, list.highest());
     }
-    return cutOf(lowest, highest, count);
+    return bucketMapOf(lowest, highest, count);
 }
 
-PairSort::Cut PairSort::cutOf(std::uint64_t lowest, std::uint64_t highest, std::size_t count)
+PairSort::BucketMap PairSort::bucketMapOf(std::uint64_t lowest, std::uint64_t highest, std::size_t count)
 {
     const std::uint64_t words = (highest >> 32) - (lowest >> 32) + 1;
     if (words < kWordsPerKey * count && words / kMostBuckets < kMostWords / 2)
@@ -174,38 +174,39 @@ PairSort::Cut PairSort::cutOf(std::uint64_t lowest, std::uint64_t highest, std::
 }
 
 /// Distributes the keys of all lists over the buckets; afterwards, the offsets of the last list are the bucket ends.
-void PairSort::part(ParallelLoops& workers, const std::vector<KeyList>& lists, const Cut& cut)
+void PairSort::distribute(ParallelLoops& workers, const std::vector<KeyList>& lists,
+                          const BucketMap& bucketMap)
 {
     const auto tasks = static_cast<unsigned>(lists.size());
     const auto forEachList = [&](auto visit)
     {
         workers.run(tasks, [&](unsigned task)
-                    { visit(lists[task], m_offsets.data() + std::size_t{task} * cut.buckets); });
+                    { visit(lists[task], m_offsets.data() + std::size_t{task} * bucketMap.buckets); });
     };
-    m_offsets.assign(lists.size() * cut.buckets, 0);
+    m_offsets.assign(lists.size() * bucketMap.buckets, 0);
     forEachList(
-        [cut](const KeyList& keys, std::uint32_t* counts)
+        [bucketMap](const KeyList& keys, std::uint32_t* counts)
         {
             for (const std::uint64_t key : keys)
-                ++counts[cut.bucketOf(key)];
+                ++counts[bucketMap.bucketOf(key)];
         });
     std::uint32_t sum = 0;
-    for (std::size_t bucket = 0; bucket < cut.buckets; ++bucket)
+    for (std::size_t bucket = 0; bucket < bucketMap.buckets; ++bucket)
     {
         for (std::size_t list = 0; list < lists.size(); ++list)
         {
-            std::uint32_t& slot = m_offsets[list * cut.buckets + bucket];
+            std::uint32_t& slot = m_offsets[list * bucketMap.buckets + bucket];
             const std::uint32_t size = slot;
             slot = sum;
             sum += size;
         }
     }
     forEachList(
-        [cut, parted = m_parted.data()](const KeyList& keys, std::uint32_t* next)
+        [bucketMap, distributed = m_distributed.data()](const KeyList& keys, std::uint32_t* next)
         {
             for (const std::uint64_t key : keys)
             {
-                std::uint64_t* const to = parted + next[cut.bucketOf(key)]++;
+                std::uint64_t* const to = distributed + next[bucketMap.bucketOf(key)]++;
                 __builtin_prefetch(to + 8, 1);
                 *to = key;
             }
@@ -214,37 +215,38 @@ void PairSort::part(ParallelLoops& workers, const std::vector<KeyList>& lists, c
 
 /// First bucket of a task. Tasks get equal numbers of keys, not of buckets: the upper word is the lower of two ids, so
 /// low buckets have most keys.
-std::uint32_t PairSort::firstBucketOf(const Cut& cut, const std::uint32_t* ends, unsigned task,
+std::uint32_t PairSort::firstBucketOf(const BucketMap& bucketMap, const std::uint32_t* ends, unsigned task,
                                       unsigned tasks)
 {
     if (task == tasks)
-        return cut.buckets;
-    const std::size_t keysBefore = std::size_t{ends[cut.buckets - 1]} * task / tasks;
-    return static_cast<std::uint32_t>(std::lower_bound(ends, ends + cut.buckets, keysBefore) - ends);
+        return bucketMap.buckets;
+    const std::size_t keysBefore = std::size_t{ends[bucketMap.buckets - 1]} * task / tasks;
+    return static_cast<std::uint32_t>(std::lower_bound(ends, ends + bucketMap.buckets, keysBefore) - ends);
 }
 
 /// Sorts inside the buckets.
-void PairSort::sortBuckets(ParallelLoops& workers, const Cut& cut, const std::uint32_t* ends,
+void PairSort::sortBuckets(ParallelLoops& workers, const BucketMap& bucketMap, const std::uint32_t* ends,
                            std::vector<std::uint64_t>& sorted)
 {
     const unsigned tasks = workers.tasksFor(sorted.size(), kWriteGrain);
     workers.run(tasks,
                 [&](unsigned task)
                 {
-                    const std::uint32_t endBucket = firstBucketOf(cut, ends, task + 1, tasks);
-                    std::uint32_t bucket = firstBucketOf(cut, ends, task, tasks);
+                    const std::uint32_t endBucket = firstBucketOf(bucketMap, ends, task + 1, tasks);
+                    std::uint32_t bucket = firstBucketOf(bucketMap, ends, task, tasks);
                     std::uint32_t begin = bucket == 0 ? 0 : ends[bucket - 1];
                     for (; bucket < endBucket; ++bucket)
                     {
-                        std::uint64_t* const from = m_parted.data() + begin;
+                        std::uint64_t* const from = m_distributed.data() + begin;
                         std::uint64_t* const to = sorted.data() + begin;
                         const std::uint32_t size = ends[bucket] - begin;
-                        if (cut.isOfWords && size <= kMostWords)
-                            sortByWord(to, size, cut.lowest + (std::uint64_t{bucket} << cut.shift),
-                                       1u << (cut.shift - 32));
+                        if (bucketMap.hasWholeWords && size <= kMostWords)
+                            sortByWord(to, size,
+                                       bucketMap.lowest + (std::uint64_t{bucket} << bucketMap.shift),
+                                       1u << (bucketMap.shift - 32));
                         else
                         {
-                            if (cut.isOfWords)
+                            if (bucketMap.hasWholeWords)
                                 std::copy_n(to, size, from);
                             sortKeys(from, to, size);
                         }
@@ -259,7 +261,7 @@ void PairSort::sort(ParallelLoops& workers, std::vector<KeyList>& lists, std::ve
     if (count < kOneBucket)
         sortFew(lists, count, sorted);
     else
-        sortMany(workers, lists, cutOf(lists, count), sorted);
+        sortMany(workers, lists, bucketMapOf(lists, count), sorted);
 }
 
 void PairSort::sortRows(ParallelLoops& workers, const std::vector<KeyList>& lists, std::uint32_t rows,
@@ -269,31 +271,31 @@ void PairSort::sortRows(ParallelLoops& workers, const std::vector<KeyList>& list
     if (count < kOneBucket)
         sortFew(lists, count, sorted);
     else
-        sortMany(workers, lists, cutOf(0, (std::uint64_t{rows} << 32) - 1, count), sorted);
+        sortMany(workers, lists, bucketMapOf(0, (std::uint64_t{rows} << 32) - 1, count), sorted);
 }
 
 void PairSort::sortFew(const std::vector<KeyList>& lists, std::size_t count,
                        std::vector<std::uint64_t>& sorted)
 {
     sorted.resize(count);
-    m_parted.resize(count);
-    auto to = m_parted.begin();
+    m_distributed.resize(count);
+    auto to = m_distributed.begin();
     for (const KeyList& list : lists)
         to = std::copy(list.begin(), list.end(), to);
-    sortKeys(m_parted.data(), sorted.data(), count);
+    sortKeys(m_distributed.data(), sorted.data(), count);
 }
 
-void PairSort::sortMany(ParallelLoops& workers, const std::vector<KeyList>& lists, const Cut& cut,
+void PairSort::sortMany(ParallelLoops& workers, const std::vector<KeyList>& lists, const BucketMap& bucketMap,
                         std::vector<std::uint64_t>& sorted)
 {
     const std::size_t count = countOf(lists);
     sorted.resize(count);
-    m_parted.resize(count);
-    part(workers, lists, cut);
-    if (cut.isOfWords)
-        sorted.swap(m_parted);
-    sortBuckets(workers, cut, m_offsets.data() + (lists.size() - 1) * cut.buckets, sorted);
-    trimRoom(m_parted);
+    m_distributed.resize(count);
+    distribute(workers, lists, bucketMap);
+    if (bucketMap.hasWholeWords)
+        sorted.swap(m_distributed);
+    sortBuckets(workers, bucketMap, m_offsets.data() + (lists.size() - 1) * bucketMap.buckets, sorted);
+    trimCapacity(m_distributed);
 }
 
 void PairSort::write(std::vector<std::uint64_t>& keys, Pairs& pairs)
@@ -302,6 +304,6 @@ void PairSort::write(std::vector<std::uint64_t>& keys, Pairs& pairs)
     sortKeys(keys.data(), m_sorted.data(), keys.size());
     pairs.resize(keys.size());
     std::transform(m_sorted.begin(), m_sorted.end(), pairs.begin(), pairOfKey);
-    trimRoom(m_sorted);
+    trimCapacity(m_sorted);
 }
 }  // namespace cullet

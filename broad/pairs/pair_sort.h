@@ -139,17 +139,17 @@ public:
 
     std::uint64_t bytes() const
     {
-        return (m_parted.capacity() + m_sorted.capacity()) * sizeof(std::uint64_t);
+        return (m_distributed.capacity() + m_sorted.capacity()) * sizeof(std::uint64_t);
     }
 
 private:
     /// Maps keys to buckets.
-    struct Cut
+    struct BucketMap
     {
         std::uint64_t lowest;
         std::uint32_t shift;
         std::uint32_t buckets;
-        bool isOfWords;  ///< a bucket covers whole upper words, up to kMostWords
+        bool hasWholeWords;  ///< a bucket covers whole upper words, up to kMostWords
 
         std::size_t bucketOf(std::uint64_t key) const
         {
@@ -163,20 +163,20 @@ private:
 
     std::vector<Piece> sortedPieces(ParallelLoops& workers, std::vector<KeyList>& lists);
     static void writeParallel(ParallelLoops& workers, const std::vector<Piece>& pieces, Pairs& pairs);
-    static Cut cutOf(std::vector<KeyList>& lists, std::size_t count);
-    static Cut cutOf(std::uint64_t lowest, std::uint64_t highest, std::size_t count);
+    static BucketMap bucketMapOf(std::vector<KeyList>& lists, std::size_t count);
+    static BucketMap bucketMapOf(std::uint64_t lowest, std::uint64_t highest, std::size_t count);
     void sortFew(const std::vector<KeyList>& lists, std::size_t count, std::vector<std::uint64_t>& sorted);
-    void sortMany(ParallelLoops& workers, const std::vector<KeyList>& lists, const Cut& cut,
+    void sortMany(ParallelLoops& workers, const std::vector<KeyList>& lists, const BucketMap& bucketMap,
                   std::vector<std::uint64_t>& sorted);
     static std::size_t countOf(const std::vector<KeyList>& lists);
     static bool areInOrder(std::vector<KeyList>& lists);
-    void part(ParallelLoops& workers, const std::vector<KeyList>& lists, const Cut& cut);
-    static std::uint32_t firstBucketOf(const Cut& cut, const std::uint32_t* ends, unsigned task,
+    void distribute(ParallelLoops& workers, const std::vector<KeyList>& lists, const BucketMap& bucketMap);
+    static std::uint32_t firstBucketOf(const BucketMap& bucketMap, const std::uint32_t* ends, unsigned task,
                                        unsigned tasks);
-    void sortBuckets(ParallelLoops& workers, const Cut& cut, const std::uint32_t* ends,
+    void sortBuckets(ParallelLoops& workers, const BucketMap& bucketMap, const std::uint32_t* ends,
                      std::vector<std::uint64_t>& sorted);
 
-    std::vector<std::uint64_t> m_parted;  // keys by bucket
+    std::vector<std::uint64_t> m_distributed;  // keys by bucket
     std::vector<std::uint64_t> m_sorted;
     std::vector<std::uint32_t> m_offsets;  // [lists][buckets] index of the next key, finally the end
 };

@@ -13,32 +13,32 @@ struct PairSort::Piece
     const std::uint64_t* end;
     const std::uint64_t* first;  ///< begin of all keys in order, not only of this piece
     const std::uint64_t* last;
-    bool areSingle;  ///< no key occurs twice
+    bool areUnique;  ///< no key occurs twice
 
-    bool isSingle(const std::uint64_t* key) const
+    bool isUnique(const std::uint64_t* key) const
     {
         return (key == first || key[-1] != *key) && (key + 1 == last || key[1] != *key);
     }
 
     /// Number of keys that differ from both neighbours.
-    std::size_t countSingle() const
+    std::size_t countUnique() const
     {
-        if (areSingle)
+        if (areUnique)
             return static_cast<std::size_t>(end - begin);
         std::size_t count = 0;
         for (const std::uint64_t* key = begin; key != end; ++key)
-            count += isSingle(key) ? 1u : 0u;
+            count += isUnique(key) ? 1u : 0u;
         return count;
     }
 
     /// Writes the keys that differ from both neighbours; returns the end of the output.
-    Pair* writeSingle(Pair* to) const
+    Pair* writeUnique(Pair* to) const
     {
-        if (areSingle)
+        if (areUnique)
             return std::transform(begin, end, to, pairOfKey);
         for (const std::uint64_t* key = begin; key != end; ++key)
         {
-            if (isSingle(key))
+            if (isUnique(key))
                 *to++ = pairOfKey(*key);
         }
         return to;
@@ -75,25 +75,25 @@ void PairSort::write(ParallelLoops& workers, std::vector<KeyList>& lists, Pairs&
         pairs.resize(count);
         Pair* to = pairs.data();
         for (const Piece& piece : pieces)
-            to = piece.writeSingle(to);
+            to = piece.writeUnique(to);
         pairs.resize(static_cast<std::size_t>(to - pairs.data()));
     }
     else
     {
         writeParallel(workers, pieces, pairs);
     }
-    trimRoom(m_sorted);
+    trimCapacity(m_sorted);
 }
 
 void PairSort::writeParallel(ParallelLoops& workers, const std::vector<Piece>& pieces, Pairs& pairs)
 {
     const auto tasks = static_cast<unsigned>(pieces.size());
     std::vector<std::size_t> ends(pieces.size());
-    workers.run(tasks, [&](unsigned task) { ends[task] = pieces[task].countSingle(); });
+    workers.run(tasks, [&](unsigned task) { ends[task] = pieces[task].countUnique(); });
     for (unsigned task = 1; task < tasks; ++task)
         ends[task] += ends[task - 1];
     pairs.resize(ends.back());
     workers.run(tasks, [&](unsigned task)
-                { pieces[task].writeSingle(pairs.data() + (task == 0 ? 0 : ends[task - 1])); });
+                { pieces[task].writeUnique(pairs.data() + (task == 0 ? 0 : ends[task - 1])); });
 }
 }  // namespace cullet

@@ -27,22 +27,22 @@ std::vector<KeyedPair> findRowsOf(const Pairs& known, const ProxyView& proxies)
 }
 
 void splitKnown(const Pairs& known, const ProxyView& proxies, std::vector<RowPair>& held,
-                std::vector<std::uint64_t>& gone)
+                std::vector<std::uint64_t>& expired)
 {
     for (const KeyedPair& pair : findRowsOf(known, proxies))
     {
         if (pair.firstRow == kNoRow || pair.secondRow == kNoRow)
-            gone.push_back(pairKey(pair.ids));
+            expired.push_back(pairKey(pair.ids));
         else
             held.push_back({pair.firstRow, pair.secondRow});
     }
 }
 
-void addGone(const std::vector<std::uint64_t>& gone, Pairs& removed)
+void addExpired(const std::vector<std::uint64_t>& expired, Pairs& removed)
 {
-    if (gone.empty())
+    if (expired.empty())
         return;
-    for (const std::uint64_t key : gone)
+    for (const std::uint64_t key : expired)
         removed.push_back(pairOfKey(key));
     std::sort(removed.begin(), removed.end());
 }

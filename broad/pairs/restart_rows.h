@@ -19,10 +19,10 @@ inline constexpr std::uint32_t kNoRow = std::numeric_limits<std::uint32_t>::max(
 std::vector<KeyedPair> findRowsOf(const Pairs& known, const ProxyView& proxies);
 
 /// Splits pairs given to Backend::restart(): appends the rows of pairs of valid boxes to `held`, and the keys of the
-/// other pairs to `gone`.
+/// other pairs to `expired`.
 void splitKnown(const Pairs& known, const ProxyView& proxies, std::vector<RowPair>& held,
-                std::vector<std::uint64_t>& gone);
+                std::vector<std::uint64_t>& expired);
 
-/// Adds the pairs of the keys in `gone` to `removed`, and sorts it by unique ids.
-void addGone(const std::vector<std::uint64_t>& gone, Pairs& removed);
+/// Adds the pairs of the keys in `expired` to `removed`, and sorts it by unique ids.
+void addExpired(const std::vector<std::uint64_t>& expired, Pairs& removed);
 }  // namespace cullet

@@ -20,24 +20,24 @@ public:
     void take(std::vector<std::uint64_t>& keys)
     {
         m_keys.swap(keys);
-        m_isGone.assign(m_keys.size(), 0);
-        cut();
+        m_isErased.assign(m_keys.size(), 0);
+        buildIndex();
     }
 
     /// Whether the pair was given to take() and has not been erased.
     bool contains(std::uint64_t key) const
     {
         const std::size_t place = placeOf(key);
-        return place != m_keys.size() && m_isGone[place] == 0;
+        return place != m_keys.size() && m_isErased[place] == 0;
     }
 
     /// Erases the pair and returns whether it was contained.
     bool erase(std::uint64_t key)
     {
         const std::size_t place = placeOf(key);
-        if (place == m_keys.size() || m_isGone[place] != 0)
+        if (place == m_keys.size() || m_isErased[place] != 0)
             return false;
-        m_isGone[place] = 1;
+        m_isErased[place] = 1;
         return true;
     }
 
@@ -47,19 +47,19 @@ public:
     {
         for (std::size_t place = 0; place < m_keys.size(); ++place)
         {
-            if (m_isGone[place] == 0)
+            if (m_isErased[place] == 0)
                 visit(m_keys[place]);
         }
     }
 
     std::uint64_t bytes() const
     {
-        return m_keys.capacity() * sizeof(std::uint64_t) + m_isGone.capacity() +
+        return m_keys.capacity() * sizeof(std::uint64_t) + m_isErased.capacity() +
                m_begins.capacity() * sizeof(std::uint32_t);
     }
 
 private:
-    void cut()
+    void buildIndex()
     {
         m_begins.clear();
         if (m_keys.empty())
@@ -96,8 +96,8 @@ private:
     }
 
     std::vector<std::uint64_t> m_keys;
-    std::vector<std::uint8_t> m_isGone;   // [keys]
-    std::vector<std::uint32_t> m_begins;  // [parts + 1] first key of each part
-    std::uint32_t m_shift = 0;            // from a key, less the lowest key, to its part
+    std::vector<std::uint8_t> m_isErased;  // [keys]
+    std::vector<std::uint32_t> m_begins;   // [parts + 1] first key of each part
+    std::uint32_t m_shift = 0;             // from a key, less the lowest key, to its part
 };
 }  // namespace cullet

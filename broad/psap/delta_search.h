@@ -14,7 +14,7 @@
 namespace cullet::psap
 {
 /// Counters of an update, in an executor's memory.
-struct DeltaTally
+struct DeltaCounters
 {
     DeltaCounts counts;
     /// As BoxHistory::motion, in a cache line of its own.
@@ -22,18 +22,18 @@ struct DeltaTally
 };
 
 /// The counters of this update and of the previous one, and of the neighbour list.
-struct DeltaTallies
+struct DeltaCounterBuffers
 {
-    DeltaTally sides[2];
-    NearCounts near;
+    DeltaCounters updates[2];
+    NeighbourCounts neighbours;
 };
 
 /// Clears the old box of a row that did not exist before.
-struct EnterRow
+struct ClearOldRow
 {
     AlignedBox* old;
 
-    CULLET_HOST_DEVICE void operator()(std::uint64_t row) const { storeCopy(old, row, nowhere()); }
+    CULLET_HOST_DEVICE void operator()(std::uint64_t row) const { storeCopy(old, row, emptyBox()); }
 };
 
 /// The pairs of the previous update: those that stayed, and those that entered.
@@ -50,14 +50,14 @@ struct PairsBefore
         return i < counts->kept ? kept[i] : added[i - counts->kept];
     }
     /// A lower bound of the depth of pair i; 0: unknown.
-    CULLET_HOST_DEVICE float depthOf(std::uint64_t i) const
+    CULLET_HOST_DEVICE float depthLowerBound(std::uint64_t i) const
     {
         return depths != nullptr && i < counts->kept ? depths[i] : 0.0f;
     }
 };
 
 /// Decides whether pair i stays. The boxes of a pair whose depth exceeds the motion are not loaded.
-struct PartPairs
+struct PartitionPairs
 {
     PairsBefore before;
     const AlignedBox* boxes;
@@ -68,7 +68,7 @@ struct PartPairs
     {
         if (!before.has(i))
             return {{0, 0}, 0, false};
-        return {before.at(i), before.depthOf(i), true};
+        return {before.at(i), before.depthLowerBound(i), true};
     }
 
     /// @param kept    list of the pairs that stay
@@ -78,11 +78,11 @@ struct PartPairs
     {
         const RowPair pair = item.pair;
         const bool isThere = item.isPair && (pair.a > pair.b ? pair.a : pair.b) < boxCount;
-        const float left = depthLeft(item.depth, deeperThan(2 * floatOf(*motion)));
+        const float left = remainingDepth(item.depth, maxDepthGain(2 * floatOf(*motion)));
         const bool isDeep = isThere && left > 0;
-        const float depth = overlapTogether(boxes, pair, isThere && !isDeep);
+        const float depth = overlapByWarp(boxes, pair, isThere && !isDeep);
         const bool isStaying = isDeep || depth >= 0;
-        kept.append(isStaying, pair, isDeep ? left : depthOf(depth));
+        kept.append(isStaying, pair, isDeep ? left : depthLowerBound(depth));
         removed.append(item.isPair && !isStaying, pair);
     }
 };
@@ -97,7 +97,9 @@ class DeltaSearch
 {
 public:
     explicit DeltaSearch(const PsapOptions& options)
-        : m_initial(std::max<std::uint64_t>(options.initialCapacity, 1)), m_search(options), m_near(options)
+        : m_initial(std::max<std::uint64_t>(options.initialCapacity, 1)),
+          m_search(options),
+          m_neighbours(options)
     {
     }
 
@@ -110,42 +112,42 @@ public:
         const bool isSame = boxes == m_boxesOfCaller && count == m_count && count == m_oldCount;
         m_boxesOfCaller = boxes;
         m_count = count;
-        m_side = 1 - m_side;
-        m_frameBefore = m_frame;
-        m_frame = m_near.choose(count);
+        m_current = 1 - m_current;
+        m_previousMode = m_mode;
+        m_mode = m_neighbours.choose(count);
         const bool hadRoom = makeRoom(exec);
-        m_search.look(exec);
+        m_search.poll(exec);
         prepareInput();
         return hadRoom && isSame;
     }
     /// Whether launch() makes the same launches as an earlier one of the same nextPhase().
     bool isRepeatable(const Exec& exec) const
     {
-        if (m_frame == NearFrame::Follow)
+        if (m_mode == NeighbourMode::Follow)
             return true;
         // In most cases a list begins where another one was followed.
-        const bool isUsual = (m_frameBefore == NearFrame::Follow) == (m_frame == NearFrame::Begin);
+        const bool isUsual = (m_previousMode == NeighbourMode::Follow) == (m_mode == NeighbourMode::Begin);
         return isUsual && m_search.isRepeatable(exec, m_input);
     }
 
     /// @pre prepare()
     void launch(Exec& exec)
     {
-        exec.clear(tally(), 1);
-        exec.forEachFrom(m_oldCount, m_count, EnterRow{m_boxes[1 - m_side].data()});
+        exec.clear(counters(), 1);
+        exec.forEachFrom(m_oldCount, m_count, ClearOldRow{m_boxes[1 - m_current].data()});
         findChanges(exec);
         download(exec);
     }
     /// To be called after launch(), or after the recorded launches that replace it.
-    void planAhead(Exec& exec)
+    void advanceNextPlan(Exec& exec)
     {
-        m_search.planAhead(exec);
-        m_near.sample(exec, copies(), m_count);
+        m_search.advanceNextPlan(exec);
+        m_neighbours.sample(exec, copies(), m_count);
     }
     /// Counts an update that replayed recorded launches in place of launch().
     void countRepeat()
     {
-        if (m_frame != NearFrame::Follow)
+        if (m_mode != NeighbourMode::Follow)
             m_search.countRepeat();
     }
 
@@ -158,9 +160,9 @@ public:
     bool finish(Exec& exec)
     {
         bool wasComplete = true;
-        if (m_frame == NearFrame::Follow)
+        if (m_mode == NeighbourMode::Follow)
         {
-            m_near.policy().noteFollowed(floatOf(staged().near.stretch));
+            m_neighbours.policy().recordFollowed(floatOf(staged().neighbours.displacement));
             wasComplete = stagedCounts().added < kVoidCount;
             if (!wasComplete)
                 searchInstead(exec);
@@ -169,8 +171,8 @@ public:
             searchAgain(exec);
         m_counts = stagedCounts();
         m_oldCount = m_count;
-        if (m_frame == NearFrame::Begin)
-            m_near.noteBegun(staged().near.pairs, m_counts.pairs());
+        if (m_mode == NeighbourMode::Begin)
+            m_neighbours.recordBegun(staged().neighbours.pairs, m_counts.pairs());
         return wasComplete;
     }
 
@@ -180,23 +182,26 @@ public:
         m_counts = {};
         m_oldCount = 0;
         m_boxesOfCaller = nullptr;
-        m_near.policy().forget();
+        m_neighbours.policy().forget();
         m_isFresh = true;
     }
     /// forget() after a failure: the search may have recorded steps that never ran.
     void recover(const PsapOptions& options)
     {
         m_search = Search<Exec>(options);
-        m_near = NearPairs<Exec>(options);
+        m_neighbours = NeighbourStore<Exec>(options);
         forget();
     }
 
-    const RowPair* kept() const { return m_kept[m_side].data(); }
-    const RowPair* added() const { return m_added[m_side].data(); }
-    std::uint64_t addedRoom() const { return m_added[m_side].size(); }
+    const RowPair* kept() const { return m_kept[m_current].data(); }
+    const RowPair* added() const { return m_added[m_current].data(); }
+    std::uint64_t addedRoom() const { return m_added[m_current].size(); }
     const RowPair* removed() const { return m_removed.data(); }
     /// In the executor's memory. Until finish(), more pairs may have entered than there is room for.
-    const DeltaCounts* countsThere() const { return m_tallies.size() == 0 ? nullptr : &tally()->counts; }
+    const DeltaCounts* deviceCounts() const
+    {
+        return m_updateCounters.size() == 0 ? nullptr : &counters()->counts;
+    }
     /// Valid after finish().
     const DeltaCounts& counts() const { return m_counts; }
 
@@ -204,90 +209,90 @@ public:
     unsigned nextPhase() const
     {
         const unsigned ofSearch = m_search.nextPhase();
-        const unsigned phase = m_frame == NearFrame::Search  ? ofSearch
-                               : m_frame == NearFrame::Begin ? Search<Exec>::kPhases + ofSearch
-                                                             : 2 * Search<Exec>::kPhases;
-        return 2 * phase + m_side;
+        const unsigned phase = m_mode == NeighbourMode::Search  ? ofSearch
+                               : m_mode == NeighbourMode::Begin ? Search<Exec>::kPhases + ofSearch
+                                                                : 2 * Search<Exec>::kPhases;
+        return 2 * phase + m_current;
     }
     /// Changes when the launches of a phase change.
-    std::uint32_t launches() const { return m_search.launches() + m_near.launches(); }
+    std::uint32_t launches() const { return m_search.launches() + m_neighbours.launches(); }
     /// Mode of the last update.
-    NearFrame frame() const { return m_frame; }
+    NeighbourMode mode() const { return m_mode; }
 
 private:
     template <class T>
     using Buffer = typename Exec::template Buffer<T>;
 
-    const DeltaTallies& staged() const { return *m_staged.data(); }
-    const DeltaCounts& stagedCounts() const { return staged().sides[m_side].counts; }
-    DeltaTally* tally() const { return &m_tallies.data()->sides[m_side]; }
-    DeltaTally* tallyBefore() const { return &m_tallies.data()->sides[1 - m_side]; }
-    NearCounts* nearCounts() const { return &m_tallies.data()->near; }
-    const AlignedBox* now() const { return m_boxes[m_side].data(); }
+    const DeltaCounterBuffers& staged() const { return *m_staged.data(); }
+    const DeltaCounts& stagedCounts() const { return staged().updates[m_current].counts; }
+    DeltaCounters* counters() const { return &m_updateCounters.data()->updates[m_current]; }
+    DeltaCounters* previousCounters() const { return &m_updateCounters.data()->updates[1 - m_current]; }
+    NeighbourCounts* neighbourCounts() const { return &m_updateCounters.data()->neighbours; }
+    const AlignedBox* now() const { return m_boxes[m_current].data(); }
     BoxCopies copies() const
     {
-        return {m_boxes[m_side].data(), m_boxes[1 - m_side].data(), m_oldCount, &tally()->motion};
+        return {m_boxes[m_current].data(), m_boxes[1 - m_current].data(), m_oldCount, &counters()->motion};
     }
     PairList keptList() const
     {
-        return {m_kept[m_side].data(), m_kept[m_side].size(), &tally()->counts.kept};
+        return {m_kept[m_current].data(), m_kept[m_current].size(), &counters()->counts.kept};
     }
     /// Where the list is followed, depths of pairs are not kept.
-    DepthList keptDepths() const { return {keptList(), m_depths[m_side].data()}; }
+    DepthList keptDepths() const { return {keptList(), m_depths[m_current].data()}; }
     PairList addedList() const
     {
-        return {m_added[m_side].data(), m_added[m_side].size(), &tally()->counts.added};
+        return {m_added[m_current].data(), m_added[m_current].size(), &counters()->counts.added};
     }
-    PairList removedList() const { return {m_removed.data(), m_removed.size(), &tally()->counts.removed}; }
-    PairLists<3> sentLists() const { return {{removedList(), addedList(), keptList()}}; }
-    WasApart wasApart() const { return {m_boxes[1 - m_side].data(), &tally()->motion}; }
+    PairList removedList() const { return {m_removed.data(), m_removed.size(), &counters()->counts.removed}; }
+    PairLists<3> changeLists() const { return {{removedList(), addedList(), keptList()}}; }
+    WasSeparated wasSeparated() const { return {m_boxes[1 - m_current].data(), &counters()->motion}; }
 
     /// @return whether the memory was sufficient
     bool makeRoom(Exec& exec)
     {
         const std::uint64_t bytes = exec.bytes();
-        exec.reserve(m_tallies, 1);
+        exec.reserve(m_updateCounters, 1);
         exec.reserve(m_staged, 1);
         if (m_isFresh)
-            exec.clear(m_tallies.data(), 1);
+            exec.clear(m_updateCounters.data(), 1);
         m_isFresh = false;
-        exec.reserve(m_boxes[m_side], m_count);
-        exec.reserveKeeping(m_boxes[1 - m_side], m_count, m_oldCount);
+        exec.reserve(m_boxes[m_current], m_count);
+        exec.reserveKeeping(m_boxes[1 - m_current], m_count, m_oldCount);
         const std::uint64_t pairs = m_counts.pairs();
-        exec.reserve(m_kept[m_side], std::max(pairs + pairs / 8, m_initial));
-        exec.reserve(m_depths[m_side], m_kept[m_side].size());
-        exec.reserve(m_added[m_side], m_initial);
+        exec.reserve(m_kept[m_current], std::max(pairs + pairs / 8, m_initial));
+        exec.reserve(m_depths[m_current], m_kept[m_current].size());
+        exec.reserve(m_added[m_current], m_initial);
         exec.reserve(m_removed, std::max(pairs + pairs / 8, m_initial));
-        if (m_frame == NearFrame::Begin && !m_near.reserve(exec, m_count))
-            m_frame = NearFrame::Search;
+        if (m_mode == NeighbourMode::Begin && !m_neighbours.reserve(exec, m_count))
+            m_mode = NeighbourMode::Search;
         return exec.bytes() == bytes;
     }
 
     void prepareInput()
     {
-        if (m_frame == NearFrame::Follow)
+        if (m_mode == NeighbourMode::Follow)
             return;
         m_input = {m_boxesOfCaller, m_count, nullptr, m_counts.pairs()};
-        if (m_frame == NearFrame::Begin)
-            m_input.boxes = m_near.grown();
+        if (m_mode == NeighbourMode::Begin)
+            m_input.boxes = m_neighbours.grown();
         else
             m_input.copies = copies();
-        if (m_near.growsSizes(m_frame))
+        if (m_neighbours.recordSearchedSkin(m_mode))
             m_search.forgetPlans();
     }
 
     void findChanges(Exec& exec)
     {
-        switch (m_frame)
+        switch (m_mode)
         {
-            case NearFrame::Search:
+            case NeighbourMode::Search:
                 search(exec);
                 break;
-            case NearFrame::Begin:
+            case NeighbourMode::Begin:
                 begin(exec);
                 break;
-            case NearFrame::Follow:
-                stretch(exec);
+            case NeighbourMode::Follow:
+                displacement(exec);
                 follow(exec);
                 break;
         }
@@ -297,73 +302,78 @@ private:
     void search(Exec& exec)
     {
         m_search.build(exec, m_input);
-        part(exec);
-        m_search.emit(exec, wasApart(), addedList());
+        partition(exec);
+        m_search.emit(exec, wasSeparated(), addedList());
     }
 
     /// Makes a new neighbour list, and finds the changes.
     void begin(Exec& exec)
     {
-        exec.clear(nearCounts(), 1);
-        m_near.grow(exec, m_boxesOfCaller, copies());
+        exec.clear(neighbourCounts(), 1);
+        m_neighbours.grow(exec, m_boxesOfCaller, copies());
         m_search.build(exec, m_input);
-        part(exec);
-        m_near.find(exec, m_search, nearCounts());
-        judge(exec);
+        partition(exec);
+        m_neighbours.find(exec, m_search, neighbourCounts());
+        classifyNew(exec);
     }
 
     /// Tests for each pair of a new list whether it overlaps.
-    void judge(Exec& exec)
+    void classifyNew(Exec& exec)
     {
-        exec.forEachSent(m_near.room(),
-                         BeginNear{m_near.list(nearCounts()), m_near.isHeld(m_side), m_near.then(),
-                                   wasApart(), &tally()->counts.added},
-                         sentLists());
+        exec.forEachMultiAppend(
+            m_neighbours.room(),
+            BeginNeighbours{m_neighbours.list(neighbourCounts()), m_neighbours.isHeld(m_current),
+                            m_neighbours.reference(), wasSeparated(), &counters()->counts.added},
+            changeLists());
     }
 
-    void stretch(Exec& exec)
+    void displacement(Exec& exec)
     {
-        const SharedBoxes shared = {m_count};
-        exec.forEach(shared.indices(),
-                     StretchSkins{shared, m_boxesOfCaller, m_boxes[m_side].data(), m_near.then(),
-                                  &nearCounts()->stretch, &tally()->counts.added});
+        const StridedBoxes shared = {m_count};
+        exec.forEach(
+            shared.indices(),
+            MeasureDisplacement{shared, m_boxesOfCaller, m_boxes[m_current].data(), m_neighbours.reference(),
+                                &neighbourCounts()->displacement, &counters()->counts.added});
     }
 
     void follow(Exec& exec)
     {
-        exec.forEachSent(m_near.room(),
-                         FollowNear{m_near.list(nearCounts()), m_near.isHeld(1 - m_side),
-                                    m_near.isHeld(m_side), now(), &nearCounts()->stretch},
-                         sentLists());
+        exec.forEachMultiAppend(
+            m_neighbours.room(),
+            FollowNeighbours{m_neighbours.list(neighbourCounts()), m_neighbours.isHeld(1 - m_current),
+                             m_neighbours.isHeld(m_current), now(), &neighbourCounts()->displacement},
+            changeLists());
     }
 
-    void part(Exec& exec)
+    void partition(Exec& exec)
     {
-        const float* depths = m_frameBefore == NearFrame::Follow ? nullptr : m_depths[1 - m_side].data();
-        const PairsBefore before = {m_kept[1 - m_side].data(), depths, m_added[1 - m_side].data(),
-                                    &tallyBefore()->counts};
+        const float* depths =
+            m_previousMode == NeighbourMode::Follow ? nullptr : m_depths[1 - m_current].data();
+        const PairsBefore before = {m_kept[1 - m_current].data(), depths, m_added[1 - m_current].data(),
+                                    &previousCounters()->counts};
         // The capacity instead of the count, so that the launch does not depend on the number of pairs.
-        exec.forEachParted(m_kept[1 - m_side].size() + m_added[1 - m_side].size(),
-                           PartPairs{before, now(), m_count, &tally()->motion}, keptDepths(), removedList());
+        exec.forEachPartition(m_kept[1 - m_current].size() + m_added[1 - m_current].size(),
+                              PartitionPairs{before, now(), m_count, &counters()->motion}, keptDepths(),
+                              removedList());
     }
 
-    void download(Exec& exec) { exec.download(m_staged.data(), m_tallies.data(), 1); }
+    void download(Exec& exec) { exec.download(m_staged.data(), m_updateCounters.data(), 1); }
 
     /// The boxes of this update in a searchable format, since the caller's boxes may have changed.
-    const Aabb* boxesAgain(Exec& exec)
+    const Aabb* copyBoxesForRetry(Exec& exec)
     {
-        exec.reserve(m_again, m_count);
-        exec.forEach(m_count, UnalignBox{now(), m_again.data()});
-        return m_again.data();
+        exec.reserve(m_retryBoxes, m_count);
+        exec.forEach(m_count, UnalignBox{now(), m_retryBoxes.data()});
+        return m_retryBoxes.data();
     }
 
     /// Searches where boxes have left their skins, so that the neighbour list is incomplete.
     void searchInstead(Exec& exec)
     {
-        m_boxesOfCaller = boxesAgain(exec);
-        m_frame = m_near.policy().search();
+        m_boxesOfCaller = copyBoxesForRetry(exec);
+        m_mode = m_neighbours.policy().search();
         makeRoom(exec);
-        m_search.look(exec);
+        m_search.poll(exec);
         prepareInput();
         launch(exec);
         exec.wait();
@@ -371,23 +381,23 @@ private:
 
     bool isComplete() const
     {
-        return stagedCounts().added <= m_added[m_side].size() &&
-               (m_frame != NearFrame::Begin || staged().near.pairs <= m_near.room());
+        return stagedCounts().added <= m_added[m_current].size() &&
+               (m_mode != NeighbourMode::Begin || staged().neighbours.pairs <= m_neighbours.room());
     }
 
     void searchAgain(Exec& exec)
     {
-        switch (m_frame)
+        switch (m_mode)
         {
-            case NearFrame::Search:
-                searchOnceMore(exec);
+            case NeighbourMode::Search:
+                retrySearch(exec);
                 break;
-            case NearFrame::Begin:
-                beginOnceMore(exec);
+            case NeighbourMode::Begin:
+                retryBegin(exec);
                 break;
-            case NearFrame::Follow:
-                exec.reserve(m_added[m_side], stagedCounts().added);
-                exec.clear(&tally()->counts, 1);
+            case NeighbourMode::Follow:
+                exec.reserve(m_added[m_current], stagedCounts().added);
+                exec.clear(&counters()->counts, 1);
                 follow(exec);
                 break;
         }
@@ -395,58 +405,58 @@ private:
         exec.wait();
     }
 
-    void searchOnceMore(Exec& exec)
+    void retrySearch(Exec& exec)
     {
-        m_input.boxes = boxesAgain(exec);
+        m_input.boxes = copyBoxesForRetry(exec);
         m_input.copies = {};
-        const bool isSpilled = stagedCounts().added == kSpilled;
-        if (!isSpilled)
-            exec.reserve(m_added[m_side], stagedCounts().added);
-        exec.clear(&tally()->counts.added, 1);
-        if (isSpilled)
+        const bool hasOverflowed = stagedCounts().added == kOverflowed;
+        if (!hasOverflowed)
+            exec.reserve(m_added[m_current], stagedCounts().added);
+        exec.clear(&counters()->counts.added, 1);
+        if (hasOverflowed)
             m_search.buildByCounting(exec, m_input.boxes);
         else
             m_search.build(exec, m_input);
-        m_search.emit(exec, wasApart(), addedList());
+        m_search.emit(exec, wasSeparated(), addedList());
     }
 
     /// Searches where there is no memory for a neighbour list.
     void searchWithoutList(Exec& exec)
     {
-        m_frame = NearFrame::Search;
-        m_input.boxes = boxesAgain(exec);
-        exec.clear(&tally()->counts.added, 1);
+        m_mode = NeighbourMode::Search;
+        m_input.boxes = copyBoxesForRetry(exec);
+        exec.clear(&counters()->counts.added, 1);
         m_search.build(exec, m_input);
-        m_search.emit(exec, wasApart(), addedList());
+        m_search.emit(exec, wasSeparated(), addedList());
     }
 
-    void beginOnceMore(Exec& exec)
+    void retryBegin(Exec& exec)
     {
-        if (staged().near.pairs <= m_near.room())
-            exec.reserve(m_added[m_side], stagedCounts().added);
-        else if (!m_near.findAgain(exec, m_search, nearCounts(), staged().near.pairs))
+        if (staged().neighbours.pairs <= m_neighbours.room())
+            exec.reserve(m_added[m_current], stagedCounts().added);
+        else if (!m_neighbours.findAgain(exec, m_search, neighbourCounts(), staged().neighbours.pairs))
             return searchWithoutList(exec);
-        exec.clear(&tally()->counts.added, 1);
-        judge(exec);
+        exec.clear(&counters()->counts.added, 1);
+        classifyNew(exec);
     }
 
     std::uint64_t m_initial;
     Search<Exec> m_search;
-    NearPairs<Exec> m_near;
-    NearFrame m_frame = NearFrame::Search, m_frameBefore = NearFrame::Search;
+    NeighbourStore<Exec> m_neighbours;
+    NeighbourMode m_mode = NeighbourMode::Search, m_previousMode = NeighbourMode::Search;
     SearchInput m_input{};
     const Aabb* m_boxesOfCaller = nullptr;
     std::uint64_t m_count = 0;  ///< number of boxes
     DeltaCounts m_counts{};
     std::uint64_t m_oldCount = 0;  ///< boxes of the previous update
-    unsigned m_side = 0;           ///< index of this update's boxes and pairs
+    unsigned m_current = 0;        ///< index of this update's boxes and pairs
     bool m_isFresh = true;
     Buffer<AlignedBox> m_boxes[2];
-    Buffer<Aabb> m_again;  ///< boxes for a repeated search
+    Buffer<Aabb> m_retryBoxes;  ///< boxes for a repeated search
     Buffer<RowPair> m_kept[2], m_added[2];
     Buffer<float> m_depths[2];  ///< depths of kept pairs
     Buffer<RowPair> m_removed;
-    Buffer<DeltaTallies> m_tallies;  ///< the previous counts say how many pairs there are
-    typename Exec::template Staging<DeltaTallies> m_staged;
+    Buffer<DeltaCounterBuffers> m_updateCounters;  ///< the previous counts say how many pairs there are
+    typename Exec::template Staging<DeltaCounterBuffers> m_staged;
 };
 }  // namespace cullet::psap

@@ -42,8 +42,8 @@ public:
           m_exec(std::forward<ExecArguments>(arguments)...),
           m_rows(options.threads, options.initialCapacity),
           m_search(options),
-          m_near(options),
-          m_names(options.initialCapacity)
+          m_neighbours(options),
+          m_output(options.initialCapacity)
     {
     }
 
@@ -52,7 +52,7 @@ public:
         Status status = Status::OutOfMemory;
         try
         {
-            const typename Exec::Use use(m_exec);
+            const typename Exec::DeviceGuard use(m_exec);
             updateOrThrow(proxies, delta);
             return Status::Ok;
         }
@@ -72,8 +72,8 @@ public:
         m_exec.drain();
         // The search may have recorded steps that never ran.
         m_search = Search<Exec>(m_options);
-        m_near = HeldNear<Exec>(m_options);
-        m_names.recover();
+        m_neighbours = PairListUpdate<Exec>(m_options);
+        m_output.recover();
         restart({});
         delta.clear();
         return status;
@@ -85,7 +85,7 @@ public:
         m_isFresh = true;
         m_heldCount = 0;
         m_isHeldListed = true;
-        m_near.forget();
+        m_neighbours.forget();
     }
 
     const char* name() const noexcept override { return m_name; }
@@ -116,41 +116,41 @@ private:
         m_vanished.clear();
         if (m_isFresh)
             begin(view);
-        m_near.choose(view);
+        m_neighbours.choose(view);
         m_exec.dropStages();
         m_exec.beginStage("upload");
-        m_tallies.begin(m_exec);
+        m_updateCounters.begin(m_exec);
         prepareLists();
-        m_near.ready(m_exec);
-        if (!m_near.isFollowed())
+        m_neighbours.reserveCounts(m_exec);
+        if (!m_neighbours.isFollowed())
             listHeld();
-        m_rows.send(m_exec, view, m_near.ways(&m_tallies.current()->motion),
-                    [&](std::uint64_t end) { workAhead(view, end); });
-        if (!m_near.isFollowed() || !followNear(view, delta))
+        m_rows.send(m_exec, view, m_neighbours.motionRecorder(&m_updateCounters.current()->motion),
+                    [&](std::uint64_t end) { settleEarly(view, end); });
+        if (!m_neighbours.isFollowed() || !followNeighbours(view, delta))
             searchChanges(view, delta);
-        takeChanges(delta);
-        beginNearBehind();
+        collectChanges(delta);
+        enqueueNextList();
         m_exec.beginStage(nullptr);
-        m_rows.growOldBehind(m_exec);
-        m_exec.takeStages(m_stats.stages);
-        m_stats.bytesMoved = m_exec.takeBytesMoved();
+        m_rows.copyToPreviousEarly(m_exec);
+        m_exec.collectStages(m_stats.stages);
+        m_stats.bytesMoved = m_exec.collectBytesMoved();
         m_margin = view.margin;
         m_hadFilters = hasFilters;
         m_isFresh = false;
-        m_tallies.noteEmptied();
+        m_updateCounters.markNextEmpty();
     }
 
     /// Discards all rows and adopts the pairs given to restart().
     void begin(const ProxyView& view)
     {
         m_rows.forget();
-        m_open.noteFree(false);
+        m_undecided.setFree(false);
         m_retestAll = false;
         std::vector<RowPair> held;
         splitKnown(m_known, view, held, m_vanished);
         m_heldCount = held.size();
         m_exec.reserve(m_held, std::max<std::uint64_t>(m_heldCount, m_options.initialCapacity));
-        m_exec.uploadNow(m_held.data(), held.data(), held.size());
+        m_exec.uploadAndWait(m_held.data(), held.data(), held.size());
         m_exec.reserve(m_heldDepths, m_held.size());
         m_areDepthsKnown = false;
     }
@@ -164,17 +164,17 @@ private:
         m_exec.reserve(m_keptDepths, m_kept.size());
         m_exec.reserve(m_removed, std::max(m_heldCount, initial));
         m_exec.reserve(m_added, initial);
-        m_open.grow(m_exec, initial);
-        m_open.use(m_exec);
+        m_undecided.grow(m_exec, initial);
+        m_undecided.use(m_exec);
         m_rowsSettled = 0;
         m_isMotionKnown = true;
         m_isKeptListed = false;
     }
 
     /// Settles the held pairs of the rows before `end`, which are in place, while later rows are being uploaded.
-    void workAhead(const ProxyView& view, std::uint64_t end)
+    void settleEarly(const ProxyView& view, std::uint64_t end)
     {
-        if (m_near.isFollowed())
+        if (m_neighbours.isFollowed())
             return;  // the list takes as long for some of the pairs as for all
         // Filter words are uploaded after the boxes; pairs whose filter words have changed are always undecided.
         if (view.filters != nullptr && !m_hadFilters)
@@ -189,37 +189,37 @@ private:
     /// Finds the changes with the neighbour list.
     ///
     /// @return whether that succeeded; if not, the update has not changed anything
-    bool followNear(const ProxyView& view, PairDelta& delta)
+    bool followNeighbours(const ProxyView& view, PairDelta& delta)
     {
         m_stats.path = "near pairs";
         m_exec.beginStage("follow");
         follow(view.margin);
-        planAhead();
+        advanceNextPlan();
         m_exec.beginStage("deltas");
-        m_names.enqueue(m_exec, lists(), m_rows.largestId(), delta);
-        m_open.noteFree(true);  // nothing has been inserted
+        m_output.enqueue(m_exec, lists(), m_rows.largestId(), delta);
+        m_undecided.setFree(true);  // nothing has been inserted
         m_exec.mark();
-        beginNearAhead();
+        enqueueNextListEarly();
         m_exec.awaitMark();
-        takeCounts();
-        if (!m_near.isTold())
+        collectCounts();
+        if (!m_neighbours.collectResult())
             return searchInstead();
         while (m_counts.lists.added > m_added.size())
         {
             m_exec.reserve(m_added, m_counts.lists.added);
-            if (!m_near.canFollowAgain())
+            if (!m_neighbours.canFollowAgain())
                 return searchInstead();
             m_exec.clear(&counters()->lists, 1);
             follow(view.margin);
             fetchAgain(delta);
         }
         // Where m_kept was too short for all held pairs, the list that was begun from it is incomplete.
-        return !m_isKeptListed || heldBehind() <= m_kept.size() || searchInstead();
+        return !m_isKeptListed || heldCountAfter() <= m_kept.size() || searchInstead();
     }
 
     bool searchInstead()
     {
-        m_near.giveUp();
+        m_neighbours.giveUp();
         listHeld();
         m_isMotionKnown = false;
         m_exec.clear(&counters()->lists, 1);
@@ -229,71 +229,71 @@ private:
     void follow(float margin)
     {
         // Otherwise pairs may leave or enter although their boxes have not moved.
-        const bool areOthersKept = margin >= m_margin && !m_retestAll;
-        m_near.follow(m_exec, m_rows.now(), m_rows.filters(), areOthersKept ? m_rows.sentRows() : nullptr,
-                      margin, heldLists());
+        const bool areOthersUnchanged = margin >= m_margin && !m_retestAll;
+        m_neighbours.follow(m_exec, m_rows.now(), m_rows.filters(),
+                            areOthersUnchanged ? m_rows.sentRows() : nullptr, margin, heldLists());
     }
 
     /// Begins the next neighbour list where this update is the last one for the current list. Launched before the CPU
     /// waits for the changes, whose download does not wait for it.
-    void beginNearAhead()
+    void enqueueNextListEarly()
     {
-        if (!m_near.beginsAhead())
+        if (!m_neighbours.tryBeginEarly())
             return;
         // Also the pairs before this update, in case it has to be searched: the list that stores them is discarded.
         listHeld(true);
-        if (m_near.grow(m_exec, rows(), m_rows.count()))
-            beginNear({m_kept.data(), m_kept.size(), m_listedCounts.data() + 1}, true);
+        if (m_neighbours.grow(m_exec, rows(), m_rows.count()))
+            beginNeighbours({m_kept.data(), m_kept.size(), m_listedCounts.data() + 1}, true);
     }
     /// Begins the next neighbour list after an update whose changes have been collected.
-    void beginNearBehind()
+    void enqueueNextList()
     {
-        if (!m_near.beginsBehind(m_rows.count()))
+        if (!m_neighbours.tryBegin(m_rows.count()))
             return;
         listHeld();
-        if (!m_near.grow(m_exec, rows(), m_rows.count()))
+        if (!m_neighbours.grow(m_exec, rows(), m_rows.count()))
             return;
         m_exec.clear(&counters()->lists.lookups, 1);
-        beginNear({m_held.data(), m_heldCount, nullptr}, false);
-        m_near.useNext(m_heldCount);
+        beginNeighbours({m_held.data(), m_heldCount, nullptr}, false);
+        m_neighbours.adoptNextList(m_heldCount);
     }
 
     /// Lists the pairs held before this update in m_held, where only the neighbour list stores them.
     ///
     /// @param alsoCurrent also lists the pairs held after this update, which follows the neighbour list, in m_kept
-    void listHeld(bool andNow = false)
+    void listHeld(bool alsoCurrent = false)
     {
-        if (m_isHeldListed && !andNow)
+        if (m_isHeldListed && !alsoCurrent)
             return;
         m_exec.reserve(m_held, m_heldCount);
         m_exec.clear(m_listedCounts.data(), 2);
         const PairList before = {m_held.data(), m_held.size(), m_listedCounts.data()};
         const PairList now = {m_kept.data(), m_kept.size(), m_listedCounts.data() + 1};
-        m_near.listHeld(m_exec, m_isHeldListed ? nullptr : &before, andNow ? &now : nullptr);
+        m_neighbours.listHeld(m_exec, m_isHeldListed ? nullptr : &before, alsoCurrent ? &now : nullptr);
         m_isHeldListed = true;
-        m_isKeptListed = andNow;
+        m_isKeptListed = alsoCurrent;
     }
 
-    void beginNear(const PairListView& held, bool isAhead)
+    void beginNeighbours(const PairListView& held, bool isEarly)
     {
         m_exec.beginStage("near pairs");
         buildWithSkins();
-        m_open.grow(m_exec, m_near.lookups() + m_near.lookups() / 4);
-        m_open.use(m_exec);
-        m_near.begin(m_exec, m_search, isAhead, held, m_rows.now(), m_rows.filters(), table());
-        m_open.noteFree(true);
-        m_exec.takeTestCount();
+        m_undecided.grow(m_exec, m_neighbours.lookups() + m_neighbours.lookups() / 4);
+        m_undecided.use(m_exec);
+        m_neighbours.begin(m_exec, m_search, isEarly, held, m_rows.now(), m_rows.filters(), table());
+        m_undecided.setFree(true);
+        m_exec.collectTestCount();
     }
 
     void buildWithSkins()
     {
-        const bool areLarger = m_near.growsSizes();
-        m_search.look(m_exec);
-        if (m_near.takeSpill())
-            return m_search.buildByCounting(m_exec, m_near.grown());
-        if (areLarger)
+        const bool areSkinsThicker = m_neighbours.recordSearchedSkin();
+        m_search.poll(m_exec);
+        if (m_neighbours.collectOverflow())
+            return m_search.buildByCounting(m_exec, m_neighbours.grown());
+        if (areSkinsThicker)
             m_search.forgetPlans();
-        m_search.build(m_exec, {m_near.grown(), m_rows.count(), nullptr, m_heldCount});
+        m_search.build(m_exec, {m_neighbours.grown(), m_rows.count(), nullptr, m_heldCount});
     }
 
     /// Settles the held pairs and searches for pairs that enter.
@@ -302,13 +302,13 @@ private:
         m_stats.path = "rebuild";
         ++m_stats.rebuildsTotal;
         m_exec.beginStage("sort");
-        m_search.look(m_exec);
+        m_search.poll(m_exec);
         m_search.build(m_exec, {m_rows.now(), m_rows.count(), nullptr, m_heldCount});
         m_exec.beginStage("settle");
         settle(view.margin, {m_rowsSettled, kAllRows.last});
         m_exec.beginStage("search");
         emit();
-        planAhead();
+        advanceNextPlan();
         m_exec.beginStage("deltas");
         fetchChanges(delta);
         repeatUntilComplete(view, delta);
@@ -319,13 +319,13 @@ private:
     {
         while (m_counts.lists.lookups > table().limit())
         {
-            m_open.grow(m_exec, 2 * m_counts.lists.lookups);
+            m_undecided.grow(m_exec, 2 * m_counts.lists.lookups);
             m_exec.clear(&counters()->lists, 1);
-            m_open.use(m_exec);
+            m_undecided.use(m_exec);
             settle(view.margin, kAllRows);
             emitAgain(delta);
         }
-        if (m_counts.lists.added == kSpilled)
+        if (m_counts.lists.added == kOverflowed)
         {
             m_search.buildByCounting(m_exec, m_rows.now());
             searchAgain(delta);
@@ -338,10 +338,10 @@ private:
     }
 
     /// Advances the next plan, and samples boxes for the skins. To be called after the last step that finds pairs.
-    void planAhead()
+    void advanceNextPlan()
     {
-        m_search.planAhead(m_exec);
-        m_near.sample(m_exec, rows(), m_rows.count());
+        m_search.advanceNextPlan(m_exec);
+        m_neighbours.sample(m_exec, rows(), m_rows.count());
     }
 
     void searchAgain(PairDelta& delta)
@@ -362,16 +362,16 @@ private:
         fetchChanges(delta);
     }
 
-    Counters* counters() const { return &m_tallies.current()->counters; }
-    LookupTable table() const { return m_open.table(&counters()->lists.lookups); }
+    Counters* counters() const { return &m_updateCounters.current()->counters; }
+    LookupTable table() const { return m_undecided.table(&counters()->lists.lookups); }
 
     RowBoxes rows() const { return {m_rows.now(), m_rows.old()}; }
 
     BoxHistory history()
     {
-        const bool tellsMotion = m_isMotionKnown && !m_retestAll;
+        const bool hasMotion = m_isMotionKnown && !m_retestAll;
         return {m_rows.now(),     m_rows.old(), m_rows.filters(),
-                m_rows.changes(), m_retestAll,  tellsMotion ? &m_tallies.current()->motion : nullptr};
+                m_rows.changes(), m_retestAll,  hasMotion ? &m_updateCounters.current()->motion : nullptr};
     }
 
     /// Settles the held pairs whose higher row is in the span.
@@ -380,11 +380,11 @@ private:
     void settle(float margin, RowSpan span)
     {
         const HeldLists lists = heldLists();
-        const bool isLoose = margin >= m_margin && !m_isFresh && !m_rows.haveAllChanged();
-        m_exec.forEachParted(m_heldCount,
-                             SettleHeld{m_held.data(), m_areDepthsKnown ? m_heldDepths.data() : nullptr,
-                                        history(), margin, isLoose, span, table()},
-                             DepthList{lists.kept, m_keptDepths.data()}, lists.removed);
+        const bool canSkipUnchanged = margin >= m_margin && !m_isFresh && !m_rows.haveAllChanged();
+        m_exec.forEachPartition(m_heldCount,
+                                SettleHeld{m_held.data(), m_areDepthsKnown ? m_heldDepths.data() : nullptr,
+                                           history(), margin, canSkipUnchanged, span, table()},
+                                DepthList{lists.kept, m_keptDepths.data()}, lists.removed);
     }
 
     HeldLists heldLists() const
@@ -405,61 +405,62 @@ private:
                 m_removed.data(),
                 m_kept.data(),
                 m_keptDepths.data(),
-                m_near.isFollowed() ? 0 : m_kept.size(),
+                m_neighbours.isFollowed() ? 0 : m_kept.size(),
                 table(),
                 counters(),
-                m_search.sideCount(),
+                m_search.unboundedCount(),
                 m_rows.uniqueIds(),
-                m_tallies.next()};
+                m_updateCounters.next()};
     }
 
     void fetchChanges(PairDelta& delta)
     {
-        m_names.enqueue(m_exec, lists(), m_rows.largestId(), delta);
+        m_output.enqueue(m_exec, lists(), m_rows.largestId(), delta);
         m_exec.wait();
-        takeCounts();
-        m_open.noteFree(lists().areComplete(m_counts.lists));
+        collectCounts();
+        m_undecided.setFree(lists().areComplete(m_counts.lists));
     }
 
-    void takeCounts() { m_counts = m_names.counters(); }
+    void collectCounts() { m_counts = m_output.counters(); }
 
     /// Collects the changes and assembles the new held pairs.
-    void takeChanges(PairDelta& delta)
+    void collectChanges(PairDelta& delta)
     {
-        m_names.take(m_exec, lists(), m_rows.largestId(), makeRoomForHeld(), delta);
-        addGone(m_vanished, delta.removed);
-        takeHeld();
-        m_near.note(m_heldCount);
+        m_output.take(m_exec, lists(), m_rows.largestId(), makeRoomForHeld(), delta);
+        addExpired(m_vanished, delta.removed);
+        adoptHeld();
+        m_neighbours.recordUpdate(m_heldCount);
         m_known.clear();
         m_known.shrink_to_fit();
         m_stats.pairs = m_heldCount;
-        m_stats.unbounded = m_counts.side;
+        m_stats.unbounded = m_counts.unboundedCount;
         m_stats.entries = m_search.entryCount();
         m_stats.falsePairs = m_search.falsePairCount();
-        m_stats.candidates = m_exec.takeTestCount();
+        m_stats.candidates = m_exec.collectTestCount();
     }
 
     /// @return whether m_kept was too short, so that its contents may be incomplete
     bool makeRoomForHeld()
     {
         const std::uint64_t kept = m_counts.lists.kept;
-        if (m_near.isFollowed() || heldBehind() <= m_kept.size())
+        if (m_neighbours.isFollowed() || heldCountAfter() <= m_kept.size())
             return false;
-        m_exec.reserveKeeping(m_kept, heldBehind(), kept);
+        m_exec.reserveKeeping(m_kept, heldCountAfter(), kept);
         m_exec.reserveKeeping(m_keptDepths, m_kept.size(), kept);
         return true;
     }
 
-    std::uint64_t heldBehind() const
+    std::uint64_t heldCountAfter() const
     {
         const ListCounts& counts = m_counts.lists;
-        return m_near.isFollowed() ? m_heldCount + counts.added - counts.removed : counts.kept + counts.added;
+        return m_neighbours.isFollowed() ? m_heldCount + counts.added - counts.removed
+                                         : counts.kept + counts.added;
     }
 
-    void takeHeld()
+    void adoptHeld()
     {
-        const bool isFollowed = m_near.isFollowed();
-        m_heldCount = heldBehind();
+        const bool isFollowed = m_neighbours.isFollowed();
+        m_heldCount = heldCountAfter();
         m_isHeldListed = !isFollowed || m_isKeptListed;
         m_areDepthsKnown = !isFollowed;
         if (!m_isHeldListed)
@@ -473,7 +474,7 @@ private:
     Exec m_exec;  ///< declared before the buffers, which use its memory
     TableMirror<Exec> m_rows;
     Search<Exec> m_search;
-    HeldNear<Exec> m_near;
+    PairListUpdate<Exec> m_neighbours;
     BackendStats m_stats;
 
     bool m_isFresh = true;
@@ -485,16 +486,16 @@ private:
 
     std::uint32_t m_rowsSettled = 0;  ///< rows settled before the upload is complete
     std::uint64_t m_heldCount = 0;
-    bool m_isHeldListed = true;   ///< held pairs are in m_held; otherwise only in m_neighbours
-    bool m_isKeptListed = false;  ///< pairs held after this update are in m_kept
+    bool m_isHeldListed = true;            ///< held pairs are in m_held; otherwise only in m_neighbours
+    bool m_isKeptListed = false;           ///< pairs held after this update are in m_kept
     Buffer<std::uint64_t> m_listedCounts;  ///< numbers of pairs in both
     Buffer<RowPair> m_held, m_kept, m_added, m_removed;
     Buffer<float> m_heldDepths, m_keptDepths;  ///< as in DepthList
     bool m_areDepthsKnown = false;
     bool m_isMotionKnown = true;  ///< BoxHistory::motion is complete
-    OpenPairs<Exec> m_open;
-    Tallies<Exec> m_tallies;
-    DeltaOutput<Exec> m_names;
+    UndecidedPairs<Exec> m_undecided;
+    UpdateCounterBuffers<Exec> m_updateCounters;
+    DeltaOutput<Exec> m_output;
     Counters m_counts{};
 };
 }  // namespace cullet::psap

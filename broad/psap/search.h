@@ -30,36 +30,36 @@ public:
         : m_order(options.order),
           m_isLiteral(options.variant != PsapVariant::Rows),
           m_cells(options, resolve(options)),
-          m_rows(options, axisOfRows(options)),
-          m_bins(options, axisOfRows(options)),
-          m_tiles(options, axisOfRows(options))
+          m_counting(options, worldAxis(options)),
+          m_bins(options, worldAxis(options)),
+          m_tiles(options, worldAxis(options))
     {
     }
 
     /// Collects the results of the executor and adopts finished plans. To be called before each build() or
     /// repetition.
-    void look(Exec& exec)
+    void poll(Exec& exec)
     {
-        m_rows.planner().look(exec);
-        m_bins.planner().look(exec);
-        m_tiles.planner().look(exec);
+        m_counting.planner().poll(exec);
+        m_bins.planner().poll(exec);
+        m_tiles.planner().poll(exec);
     }
 
     /// Takes a step towards the next plan on the side stream. To be called after each emit() or repetition, before
     /// the boxes change.
-    void planAhead(Exec& exec)
+    void advanceNextPlan(Exec& exec)
     {
-        forPlanners(exec, [&](auto& planner) { planner.planAhead(exec, m_input); });
+        forEachPlanner(exec, [&](auto& planner) { planner.advanceNextPlan(exec, m_input); });
     }
 
     void build(Exec& exec, SearchInput input)
     {
         m_input = input;
-        m_way = nextWay(exec, input);
-        if (m_way == Way::Tiles && !m_tiles.prepare(exec, input))
-            m_way = Way::Rows;
+        m_method = nextMethod(exec, input);
+        if (m_method == Method::Tiles && !m_tiles.prepare(exec, input))
+            m_method = Method::Rows;
         countUpdate();
-        if (m_way != Way::Tiles && input.copies.now != nullptr)
+        if (m_method != Method::Tiles && input.copies.now != nullptr)
             exec.forEach(input.count, CopyBox{input.boxes, input.copies});
         visit(*this, [&](auto& search) { search.build(exec, input); });
     }
@@ -72,18 +72,18 @@ public:
         m_input.boxes = boxes;
         // Where the plan of tiles was young, another one would fail too. An old plan was made for earlier boxes, so
         // that a new one may fit.
-        const bool isWaiting = m_way == Way::Tiles ? m_tiles.noteSpill() : true;
+        const bool isWaiting = m_method == Method::Tiles ? m_tiles.recordOverflow() : true;
         m_updatesByCounting = m_order == PsapOrder::Automatic && isWaiting ? kUpdatesByCounting : 0;
-        m_way = Way::Rows;
+        m_method = Method::Rows;
         // Boxes were added or have grown: with the old plan the search may take a thousand times as long.
-        m_rows.planner().forget();
-        m_rows.build(exec, m_input);
+        m_counting.planner().forget();
+        m_counting.build(exec, m_input);
     }
 
     /// Discards all plans, since the next boxes have other sizes.
     void forgetPlans()
     {
-        m_rows.planner().forget();
+        m_counting.planner().forget();
         m_bins.planner().forget();
         m_tiles.planner().giveUp();
         m_updatesByCounting = 0;
@@ -100,34 +100,37 @@ public:
     /// nextPhase(), without allocation or wait.
     bool isRepeatable(const Exec& exec, const SearchInput& input) const
     {
-        const Way next = nextWay(exec, input);
-        if (m_way == Way::Cells || !isSameWay(next) || (next == Way::Tiles && !m_tiles.isRepeatable(input)))
+        const Method next = nextMethod(exec, input);
+        if (m_method == Method::Cells || !isSameMethod(next) ||
+            (next == Method::Tiles && !m_tiles.isRepeatable(input)))
             return false;
-        return m_way == Way::Tiles ||
-               (m_way == Way::Rows ? m_rows.isRepeatable(input) : m_bins.isRepeatable());
+        return m_method == Method::Tiles ||
+               (m_method == Method::Rows ? m_counting.isRepeatable(input) : m_bins.isRepeatable());
     }
 
     /// Counts an update that repeated recorded launches instead of calling build().
     void countRepeat()
     {
         countUpdate();
-        if (m_way == Way::Bins)
+        if (m_method == Method::Bins)
             m_bins.countRepeat();
-        else if (m_way == Way::Tiles)
+        else if (m_method == Method::Tiles)
             m_tiles.countRepeat();
     }
 
     static constexpr unsigned kPhases = 5;
     unsigned nextPhase() const
     {
-        return m_way == Way::Rows ? 0 : m_way == Way::Bins ? 1 + m_bins.nextPhase() : 3 + m_tiles.nextPhase();
+        return m_method == Method::Rows   ? 0
+               : m_method == Method::Bins ? 1 + m_bins.nextPhase()
+                                          : 3 + m_tiles.nextPhase();
     }
     /// Changes when the launches of a phase change.
-    std::uint32_t launches() const { return m_rows.launches() + m_tiles.launches(); }
+    std::uint32_t launches() const { return m_counting.launches() + m_tiles.launches(); }
 
-    const std::uint32_t* sideCount() const
+    const std::uint32_t* unboundedCount() const
     {
-        return visit(*this, [](const auto& search) { return search.sideCount(); });
+        return visit(*this, [](const auto& search) { return search.unboundedCount(); });
     }
     std::uint64_t entryCount() const
     {
@@ -136,7 +139,7 @@ public:
     std::uint64_t falsePairCount() const { return m_cells.falsePairCount(); }
 
 private:
-    enum class Way
+    enum class Method
     {
         Cells,
         Rows,
@@ -148,13 +151,13 @@ private:
     template <class Self, class Body>
     static auto visit(Self& self, const Body& body)
     {
-        switch (self.m_way)
+        switch (self.m_method)
         {
-            case Way::Cells:
+            case Method::Cells:
                 return body(self.m_cells);
-            case Way::Rows:
-                return body(self.m_rows);
-            case Way::Bins:
+            case Method::Rows:
+                return body(self.m_counting);
+            case Method::Bins:
                 return body(self.m_bins);
             default:
                 return body(self.m_tiles);
@@ -163,13 +166,13 @@ private:
 
     /// Calls body(planner) for each planner whose plan an update like the last one would use.
     template <class Body>
-    void forPlanners(const Exec& exec, const Body& body)
+    void forEachPlanner(const Exec& exec, const Body& body)
     {
-        if (m_way == Way::Rows)
-            body(m_rows.planner());
-        else if (m_way == Way::Bins)
+        if (m_method == Method::Rows)
+            body(m_counting.planner());
+        else if (m_method == Method::Bins)
             body(m_bins.planner());
-        if (nextWay(exec, m_input) == Way::Tiles)
+        if (nextMethod(exec, m_input) == Method::Tiles)
             body(m_tiles.planner());
     }
 
@@ -179,19 +182,22 @@ private:
     // Updates with a counting sort after a bin or a tile was full: a failed attempt costs half an update.
     static constexpr std::uint32_t kUpdatesByCounting = 256;
 
-    Way nextWay(const Exec& exec, const SearchInput& input) const
+    Method nextMethod(const Exec& exec, const SearchInput& input) const
     {
         if (m_isLiteral)
-            return Way::Cells;
+            return Method::Cells;
         if (isForTiles(exec, input) && TileSearch<Exec>::canHold(input.count))
-            return Way::Tiles;
+            return Method::Tiles;
         const bool isChosen =
             m_order == PsapOrder::Bins || (m_order == PsapOrder::Automatic && exec.hasSpareLanes() &&
                                            isForBins(input) && m_updatesByCounting == 0);
-        return isChosen && BinSearch<Exec>::canHold(input.count) ? Way::Bins : Way::Rows;
+        return isChosen && FixedBinSearch<Exec>::canHold(input.count) ? Method::Bins : Method::Rows;
     }
 
-    bool isSameWay(Way next) const { return m_way == next || (m_way == Way::Rows && next == Way::Tiles); }
+    bool isSameMethod(Method next) const
+    {
+        return m_method == next || (m_method == Method::Rows && next == Method::Tiles);
+    }
 
     bool isForTiles(const Exec& exec, const SearchInput& input) const
     {
@@ -203,7 +209,7 @@ private:
     /// bins around a box, above all with many pairs or many sizes.
     bool isForBins(const SearchInput& input) const
     {
-        const std::uint32_t levels = m_way == Way::Bins ? m_bins.levelCount() : m_rows.levelCount();
+        const std::uint32_t levels = m_method == Method::Bins ? m_bins.levelCount() : m_counting.levelCount();
         const bool isOfOneSize = levels <= 2;  // the last one is the overflow level
         return input.count <= kMostBoxesInBins &&
                input.count + input.expectedPairs <= (isOfOneSize ? kMostWorkOfOneSize : kMostWork);
@@ -211,7 +217,7 @@ private:
 
     void countUpdate()
     {
-        if (m_way == Way::Rows && m_updatesByCounting != 0)
+        if (m_method == Method::Rows && m_updatesByCounting != 0)
             --m_updatesByCounting;
     }
 
@@ -222,7 +228,7 @@ private:
                                                 : options.axis;
     }
 
-    static PsapAxis axisOfRows(const PsapOptions& options)
+    static PsapAxis worldAxis(const PsapOptions& options)
     {
         return resolve(options) == PsapAxis::Principal ? PsapAxis::Variance : resolve(options);
     }
@@ -230,11 +236,11 @@ private:
     PsapOrder m_order;
     bool m_isLiteral;
     SearchInput m_input{};
-    Way m_way = Way::Rows;
+    Method m_method = Method::Rows;
     std::uint32_t m_updatesByCounting = 0;  ///< updates until bins or tiles are tried again
     CellSearch<Exec> m_cells;
-    RowSearch<Exec> m_rows;
-    BinSearch<Exec> m_bins;
+    CountingSearch<Exec> m_counting;
+    FixedBinSearch<Exec> m_bins;
     TileSearch<Exec> m_tiles;
 };
 }  // namespace cullet::psap

@@ -263,7 +263,7 @@ void Bvh::build(const Aabb* boxes, const std::vector<ProxyId>& rows)
     }
     refitInner();
     m_leafAreaAtBuild = m_leafArea;
-    m_reach =
+    m_meanLeafSize =
         ranges.slots == 0 ? 0.0f : static_cast<float>(std::sqrt(m_leafArea / (3.0 * (ranges.slots / 8))));
 }
 
@@ -321,7 +321,7 @@ void Bvh::closeLeaf(std::uint32_t leaf, const Aabb& around) noexcept
 }
 
 /// Removes the rows whose boxes do not fit from a leaf.
-void Bvh::dropStrays(std::uint32_t leaf, const Aabb* boxes, std::vector<ProxyId>& left)
+void Bvh::removeUnfitRows(std::uint32_t leaf, const Aabb* boxes, std::vector<ProxyId>& left)
 {
     const Aabb limits = limitsOf(leaf);
     for (std::uint32_t slot = 8 * leaf; slot < 8 * leaf + 8; ++slot)
@@ -362,9 +362,9 @@ Aabb Bvh::limitsOf(std::uint32_t leaf) const noexcept
     Aabb limits = bounds(0, leaf);
     for (int axis = 0; axis < 3; ++axis)
     {
-        const float reach = limits.max[axis] - limits.min[axis] + m_reach;
-        limits.min[axis] = std::max(limits.min[axis] - reach, -kTreeReach);
-        limits.max[axis] = std::min(limits.max[axis] + reach, kTreeReach);
+        const float allowance = limits.max[axis] - limits.min[axis] + m_meanLeafSize;
+        limits.min[axis] = std::max(limits.min[axis] - allowance, -kMaxTreeCoordinate);
+        limits.max[axis] = std::min(limits.max[axis] + allowance, kMaxTreeCoordinate);
     }
     return limits;
 }
@@ -410,7 +410,7 @@ void Bvh::refit(const Aabb* boxes, std::vector<ProxyId>& left)
         // Nearly always the leaf fits as a whole, and with it each of its rows.
         if (!fillLanes(leaf, boxes, around) || !contains(limitsOf(leaf), around))
         {
-            dropStrays(leaf, boxes, left);
+            removeUnfitRows(leaf, boxes, left);
             fillLanes(leaf, boxes, around);
         }
         closeLeaf(leaf, around);

@@ -16,7 +16,7 @@ inline constexpr ProxyId kNoRow = 0xFFFFFFFFu;
 
 /// Boxes with coordinates beyond this (Bullet's static planes extend to 1e18) are not stored in a tree: every query
 /// would enter each node above them.
-inline constexpr float kTreeReach = 1e15f;
+inline constexpr float kMaxTreeCoordinate = 1e15f;
 
 /// Eight-wide tree of boxes over some rows of a table; complete, so that it needs no links.
 ///
@@ -74,7 +74,7 @@ private:
     bool fillLanes(std::uint32_t leaf, const Aabb* boxes, Aabb& around);
     void prefetch(std::uint32_t leaf, const Aabb* boxes) const noexcept;
     void closeLeaf(std::uint32_t leaf, const Aabb& around) noexcept;
-    void dropStrays(std::uint32_t leaf, const Aabb* boxes, std::vector<ProxyId>& left);
+    void removeUnfitRows(std::uint32_t leaf, const Aabb* boxes, std::vector<ProxyId>& left);
     Aabb limitsOf(std::uint32_t leaf) const noexcept;
     void refitInner() noexcept;
     Aabb bounds(int level, std::uint32_t node) const noexcept;
@@ -91,6 +91,6 @@ private:
     Aabb m_rootBounds = kEmptyAabb;
     double m_leafArea = 0.0;
     double m_leafAreaAtBuild = 0.0;
-    float m_reach = 0.0f;  // mean leaf size: how far a box may extend beyond a smaller leaf
+    float m_meanLeafSize = 0.0f;  // mean leaf size: how far a box may extend beyond a smaller leaf
 };
 }  // namespace cullet

@@ -90,16 +90,16 @@ class Rent
 public:
     void add(std::uint64_t rows) noexcept { m_total.fetch_add(rows, std::memory_order_relaxed); }
     /// Rows scanned since the last update that they paid for.
-    double due() const noexcept
+    double rowsSinceUpdate() const noexcept
     {
-        return static_cast<double>(total() - m_settled.load(std::memory_order_relaxed));
+        return static_cast<double>(total() - m_totalAtUpdate.load(std::memory_order_relaxed));
     }
-    void settle() noexcept { m_settled.store(total(), std::memory_order_relaxed); }
+    void recordUpdate() noexcept { m_totalAtUpdate.store(total(), std::memory_order_relaxed); }
     std::uint64_t total() const noexcept { return m_total.load(std::memory_order_relaxed); }
 
 private:
     std::atomic<std::uint64_t> m_total{0};
-    std::atomic<std::uint64_t> m_settled{0};
+    std::atomic<std::uint64_t> m_totalAtUpdate{0};
 };
 }  // namespace
 
@@ -114,7 +114,7 @@ struct QueryIndex::State
     bool refresh();
     double syncCost() const noexcept;
     bool paysToSync() const noexcept;
-    void tidyIfItPays();
+    void rebuildSecondTreeIfItPays();
     void start(QueryCursor& cursor);
     void scanAll(QueryCursor& cursor) noexcept;
     QueryCursor::Stage stageAfter(const QueryCursor& cursor) const noexcept;
@@ -128,7 +128,7 @@ struct QueryIndex::State
     // False before the first sync and during one; otherwise the trees match the table as it was when last clean.
     std::atomic<bool> isReady{false};
     Rent scans;      // rows of whole scans, instead of a sync
-    Rent listScans;  // rows of list scans, instead of tidy()
+    Rent listScans;  // rows of list scans, instead of rebuildSecondTree()
     std::atomic<double> syncCostPerRow{QueryTrees::kFirstSyncCost};
 };
 
@@ -155,7 +155,7 @@ bool QueryIndex::State::refresh()
     if (isFresh())
         return true;
     isReady.store(false, std::memory_order_relaxed);
-    scans.settle();
+    scans.recordUpdate();
     try
     {
         trees.sync(table);
@@ -179,22 +179,22 @@ bool QueryIndex::State::paysToSync() const noexcept
 {
     if (mode != QueryMode::Automatic)
         return mode == QueryMode::Tree;
-    return scans.due() + table.size() > syncCost();
+    return scans.rowsSinceUpdate() + table.size() > syncCost();
 }
 
 /// Called by a query that is about to read the trees while rows are listed that a tree could store.
-void QueryIndex::State::tidyIfItPays()
+void QueryIndex::State::rebuildSecondTreeIfItPays()
 {
-    listScans.add(trees.side().listed.size());
-    if (listScans.due() < QueryTrees::tidyCost(trees.side()))
+    listScans.add(trees.secondary().listed.size());
+    if (listScans.rowsSinceUpdate() < QueryTrees::secondTreeCost(trees.secondary()))
         return;
     const std::unique_lock<std::mutex> lock(mutex, std::try_to_lock);
-    if (!lock.owns_lock() || trees.side().isTidy)
+    if (!lock.owns_lock() || trees.secondary().isUpToDate)
         return;
-    listScans.settle();
+    listScans.recordUpdate();
     try
     {
-        trees.tidy(table);
+        trees.rebuildSecondTree(table);
     }
     catch (const std::bad_alloc&)
     {
@@ -211,9 +211,9 @@ void QueryIndex::State::start(QueryCursor& cursor)
         scanAll(cursor);
         return;
     }
-    if (!trees.side().isTidy)
-        tidyIfItPays();
-    cursor.side = &trees.side();
+    if (!trees.secondary().isUpToDate)
+        rebuildSecondTreeIfItPays();
+    cursor.secondary = &trees.secondary();
     cursor.enter(QueryCursor::Stage::Main);
 }
 
@@ -226,9 +226,10 @@ void QueryIndex::State::scanAll(QueryCursor& cursor) noexcept
 QueryCursor::Stage QueryIndex::State::stageAfter(const QueryCursor& cursor) const noexcept
 {
     using Stage = QueryCursor::Stage;
-    if (cursor.stage == Stage::Main && cursor.side->tree.rowCount() != 0)
-        return Stage::Beside;
-    if ((cursor.stage == Stage::Main || cursor.stage == Stage::Beside) && !cursor.side->listed.empty())
+    if (cursor.stage == Stage::Main && cursor.secondary->tree.rowCount() != 0)
+        return Stage::SecondTree;
+    if ((cursor.stage == Stage::Main || cursor.stage == Stage::SecondTree) &&
+        !cursor.secondary->listed.empty())
         return Stage::Listed;
     return Stage::Done;
 }
@@ -236,17 +237,18 @@ QueryCursor::Stage QueryIndex::State::stageAfter(const QueryCursor& cursor) cons
 std::uint32_t QueryIndex::State::advance(QueryCursor& cursor, ProxyId* rows) const noexcept
 {
     using Stage = QueryCursor::Stage;
-    if (cursor.stage == Stage::Main || cursor.stage == Stage::Beside)
+    if (cursor.stage == Stage::Main || cursor.stage == Stage::SecondTree)
     {
-        const BoxTreeView& tree = (cursor.stage == Stage::Main ? trees.mainTree() : cursor.side->tree).view();
+        const BoxTreeView& tree =
+            (cursor.stage == Stage::Main ? trees.mainTree() : cursor.secondary->tree).view();
         return cursor.isRay ? kernels.treeRay(tree, cursor.ray, cursor.tree, rows)
                             : kernels.treeOverlap(tree, cursor.finiteBox, cursor.tree, rows);
     }
     ScanView view = {table.boxes(), nullptr, table.size()};
     if (cursor.stage == Stage::Listed)
     {
-        view.rows = cursor.side->listed.data();
-        view.size = static_cast<std::uint32_t>(cursor.side->listed.size());
+        view.rows = cursor.secondary->listed.data();
+        view.size = static_cast<std::uint32_t>(cursor.secondary->listed.size());
     }
     return cursor.isRay ? kernels.scanRay(view, cursor.ray, cursor.position, rows)
                         : kernels.scanOverlap(view, cursor.box, cursor.position, rows);

@@ -12,7 +12,7 @@
 
 namespace cullet
 {
-struct QuerySide;
+struct SecondaryRows;
 
 /// A ray, or a box swept along a ray, in world space: the unchanged parameters of Bullet's box test.
 ///
@@ -48,10 +48,10 @@ struct QueryCursor
 {
     enum class Stage
     {
-        Main,    ///< the tree over most rows
-        Beside,  ///< the second tree, over rows created or teleported since the main one was built
-        Listed,  ///< further rows created or teleported since then, and rows too large for trees
-        Scan,    ///< all rows, without a tree
+        Main,        ///< the tree over most rows
+        SecondTree,  ///< the second tree, over rows created or teleported since the main one was built
+        Listed,      ///< further rows created or teleported since then, and rows too large for trees
+        Scan,        ///< all rows, without a tree
         Done
     };
     Stage stage = Stage::Done;
@@ -61,7 +61,7 @@ struct QueryCursor
     Aabb box;
     Aabb finiteBox;  ///< the part of `box` that bounded boxes can overlap
     RayQuery ray;
-    const QuerySide* side = nullptr;  ///< rows outside the main tree
+    const SecondaryRows* secondary = nullptr;  ///< rows outside the main tree
 
     /// Begins a stage, at a virtual node above the root whose only child is the root.
     void enter(Stage next) noexcept

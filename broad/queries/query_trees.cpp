@@ -24,15 +24,15 @@ constexpr std::uint32_t kFewRows = 8;
 /// can degrade a tree on their own, and must not cause one rebuild after the other.
 constexpr double kRefitsBetweenBuilds = 10.0;
 constexpr double kFewestRefits = 1.0 / 16.0;
-constexpr double kWorn = 1.4;
-constexpr double kVeryWorn = 3.0;
+constexpr double kDegraded = 1.4;
+constexpr double kVeryDegraded = 3.0;
 
 /// If fewer rows of the table are live than this share, one in so many, a rebuild collects its rows from the trees.
 constexpr std::uint32_t kSparseShare = 16;
 
-double buildCost(const QuerySide& side) noexcept
+double buildCost(const SecondaryRows& secondary) noexcept
 {
-    return kBuildCost * (side.tree.rowCount() + static_cast<double>(side.listed.size()));
+    return kBuildCost * (secondary.tree.rowCount() + static_cast<double>(secondary.listed.size()));
 }
 
 /// Enlarges a box for a few steps of a slow body, so that not every step changes the tree.
@@ -50,8 +50,9 @@ Aabb padded(Aabb box) noexcept
 
 bool isBounded(const Aabb& box) noexcept
 {
-    return box.min[0] >= -kTreeReach && box.min[1] >= -kTreeReach && box.min[2] >= -kTreeReach &&
-           box.max[0] <= kTreeReach && box.max[1] <= kTreeReach && box.max[2] <= kTreeReach;
+    return box.min[0] >= -kMaxTreeCoordinate && box.min[1] >= -kMaxTreeCoordinate &&
+           box.min[2] >= -kMaxTreeCoordinate && box.max[0] <= kMaxTreeCoordinate &&
+           box.max[1] <= kMaxTreeCoordinate && box.max[2] <= kMaxTreeCoordinate;
 }
 }  // namespace
 
@@ -65,16 +66,16 @@ void QueryTrees::appendRows(const Bvh& tree, std::vector<ProxyId>& rows)
     }
 }
 
-void QueryTrees::appendRows(const QuerySide& side, std::vector<ProxyId>& rows)
+void QueryTrees::appendRows(const SecondaryRows& secondary, std::vector<ProxyId>& rows)
 {
-    appendRows(side.tree, rows);
-    rows.insert(rows.end(), side.listed.begin(), side.listed.end());
+    appendRows(secondary.tree, rows);
+    rows.insert(rows.end(), secondary.listed.begin(), secondary.listed.end());
 }
 
-double QueryTrees::tidyCost(const QuerySide& side) noexcept
+double QueryTrees::secondTreeCost(const SecondaryRows& secondary) noexcept
 {
     constexpr double kListedCost = 4.0;
-    return buildCost(side) / kListedCost;
+    return buildCost(secondary) / kListedCost;
 }
 
 double QueryTrees::expectedSyncCost(const ProxyTable& table) const noexcept
@@ -82,7 +83,7 @@ double QueryTrees::expectedSyncCost(const ProxyTable& table) const noexcept
     if (!m_isBuilt)
         return kBuildCost * table.liveCount();
     return std::min(kMoveCost * m_changedCount,
-                    kRefitCost * m_main.slotCount() + kCollectCost * table.size() + buildCost(side()));
+                    kRefitCost * m_main.slotCount() + kCollectCost * table.size() + buildCost(secondary()));
 }
 
 void QueryTrees::sync(ProxyTable& table)
@@ -96,27 +97,28 @@ void QueryTrees::sync(ProxyTable& table)
     m_changedCount = wasBuilt ? static_cast<std::uint32_t>(m_changed.size())
                               : 0;  // that all rows are new does not predict the next changes
     if (wasBuilt)
-        followChanges(table);
+        applyChanges(table);
     else
         rebuild(table, findRows(table));
     m_isBuilt = true;
 }
 
-void QueryTrees::followChanges(const ProxyTable& table)
+void QueryTrees::applyChanges(const ProxyTable& table)
 {
     m_places.resize(table.size(), kNowhere);
     const bool isBulk = m_changed.size() > m_main.slotCount() / kRefitShare + kFewRows;
     if (isBulk)
         refit(table);
     else
-        moveEach(table);
+        moveOneByOne(table);
     if (needsRebuild())
         rebuild(table, table.liveCount() < table.size() / kSparseShare ? placedRows() : findRows(table));
-    else if (!side().isTidy && (isBulk || buildCost(side()) <= 2.0 * kMoveCost * m_changedCount))
-        tidy(table);
+    else if (!secondary().isUpToDate &&
+             (isBulk || buildCost(secondary()) <= 2.0 * kMoveCost * m_changedCount))
+        rebuildSecondTree(table);
 }
 
-/// Applies all changes by one refit of the main tree; tidy() applies those of the second tree.
+/// Applies all changes by one refit of the main tree; rebuildSecondTree() applies those of the second tree.
 void QueryTrees::refit(const ProxyTable& table)
 {
     m_refitsSinceBuild += 1.0;
@@ -131,28 +133,28 @@ void QueryTrees::refit(const ProxyTable& table)
     {
         if (m_places[row] >= kListed)
             list(row, table.box(row));
-        else if (m_places[row] >= kInSideTree)
-            ownSide().isTidy = false;
+        else if (m_places[row] >= kInSecondTree)
+            currentSecondary().isUpToDate = false;
     }
 }
 
-void QueryTrees::moveEach(const ProxyTable& table)
+void QueryTrees::moveOneByOne(const ProxyTable& table)
 {
     if (m_main.slotCount() != 0)
         m_refitsSinceBuild += static_cast<double>(m_changed.size()) * kRefitShare / m_main.slotCount();
     for (const ProxyId row : m_changed)
     {
         const std::uint32_t place = m_places[row];
-        if (place < kInSideTree)
-            moveIn(m_main, place, row, table.box(row));
+        if (place < kInSecondTree)
+            moveInTree(m_main, place, row, table.box(row));
         else if (place < kListed)
-            moveIn(ownSide().tree, place - kInSideTree, row, table.box(row));
+            moveInTree(currentSecondary().tree, place - kInSecondTree, row, table.box(row));
         else
             list(row, table.box(row));
     }
 }
 
-void QueryTrees::moveIn(Bvh& tree, std::uint32_t slot, ProxyId row, const Aabb& box)
+void QueryTrees::moveInTree(Bvh& tree, std::uint32_t slot, ProxyId row, const Aabb& box)
 {
     if (tree.holds(slot, box))
         return;
@@ -169,40 +171,40 @@ void QueryTrees::moveIn(Bvh& tree, std::uint32_t slot, ProxyId row, const Aabb& 
 /// Lists a row that is in no tree. A listed row stays listed, whatever its box is now.
 void QueryTrees::list(ProxyId row, const Aabb& box)
 {
-    QuerySide& side = ownSide();
+    SecondaryRows& secondary = currentSecondary();
     if (m_places[row] == kListed)
     {
-        side.isTidy &= isValid(box) && !isBounded(box);
+        secondary.isUpToDate &= isValid(box) && !isBounded(box);
         return;
     }
     if (!isValid(box))
         return;
-    side.listed.push_back(row);
+    secondary.listed.push_back(row);
     m_places[row] = kListed;
-    side.isTidy = false;
+    secondary.isUpToDate = false;
 }
 
 bool QueryTrees::needsRebuild() const noexcept
 {
     const std::size_t rows = m_main.rowCount();
-    if (side().tree.rowCount() + side().listed.size() - side().settledCount > rows / 16 + 64)
+    if (secondary().tree.rowCount() + secondary().listed.size() - secondary().unboundedCount > rows / 16 + 64)
         return true;
     if (m_main.slotCount() > 2 * rows + 64)
         return true;
     if (m_refitsSinceBuild < kFewestRefits)
         return false;
-    const double wear = m_refitsSinceBuild < kRefitsBetweenBuilds ? kVeryWorn : kWorn;
-    return m_main.leafArea() > wear * m_main.leafAreaAtBuild();
+    const double degradation = m_refitsSinceBuild < kRefitsBetweenBuilds ? kVeryDegraded : kDegraded;
+    return m_main.leafArea() > degradation * m_main.leafAreaAtBuild();
 }
 
-void QueryTrees::tidy(const ProxyTable& table)
+void QueryTrees::rebuildSecondTree(const ProxyTable& table)
 {
     m_isBuilt = false;
     std::vector<ProxyId> rows;
-    appendRows(side(), rows);
+    appendRows(secondary(), rows);
     const std::uint32_t other = 1 - m_current.load(std::memory_order_relaxed);
-    fill(table, rows, m_sides[other].tree, m_sides[other]);
-    notePlaces(m_sides[other].tree, kInSideTree);
+    fill(table, rows, m_secondary[other].tree, m_secondary[other]);
+    recordPlaces(m_secondary[other].tree, kInSecondTree);
     m_current.store(other, std::memory_order_release);
     m_isBuilt = true;
 }
@@ -226,19 +228,19 @@ std::vector<ProxyId> QueryTrees::placedRows() const
 {
     std::vector<ProxyId> rows;
     appendRows(m_main, rows);
-    appendRows(side(), rows);
+    appendRows(secondary(), rows);
     return rows;
 }
 
 void QueryTrees::rebuild(const ProxyTable& table, std::vector<ProxyId> rows)
 {
-    for (QuerySide& side : m_sides)
+    for (SecondaryRows& secondary : m_secondary)
     {
-        side.tree.build(table.boxes(), {});
-        std::vector<ProxyId>().swap(side.listed);  // frees it: after many changes it was long
+        secondary.tree.build(table.boxes(), {});
+        std::vector<ProxyId>().swap(secondary.listed);  // frees it: after many changes it was long
     }
-    fill(table, rows, m_main, ownSide());
-    notePlaces(m_main, 0);
+    fill(table, rows, m_main, currentSecondary());
+    recordPlaces(m_main, 0);
     m_refitsSinceBuild = 0.0;
     ++m_buildsTotal;
 }
@@ -246,26 +248,27 @@ void QueryTrees::rebuild(const ProxyTable& table, std::vector<ProxyId> rows)
 /// Builds a tree of those of `rows` that it can store, and lists the others.
 ///
 /// @param rows [in, out] each once; afterwards those in the tree
-/// @param side [out] its list receives the others; its tree may be the one that is built
-void QueryTrees::fill(const ProxyTable& table, std::vector<ProxyId>& rows, Bvh& tree, QuerySide& side)
+/// @param secondary [out] its list receives the others; its tree may be the one that is built
+void QueryTrees::fill(const ProxyTable& table, std::vector<ProxyId>& rows, Bvh& tree,
+                      SecondaryRows& secondary)
 {
-    side.listed.clear();
+    secondary.listed.clear();
     const auto isNotForTree = [&](ProxyId row)
     {
         const Aabb& box = table.box(row);
         m_places[row] = isValid(box) ? kListed : kNowhere;
         if (isValid(box) && !isBounded(box))
-            side.listed.push_back(row);
+            secondary.listed.push_back(row);
         return !isValid(box) || !isBounded(box);
     };
     rows.erase(std::remove_if(rows.begin(), rows.end(), isNotForTree), rows.end());
-    side.settledCount = static_cast<std::uint32_t>(side.listed.size());
-    side.isTidy = true;
+    secondary.unboundedCount = static_cast<std::uint32_t>(secondary.listed.size());
+    secondary.isUpToDate = true;
     tree.build(table.boxes(), rows);
     m_builtRowsTotal += rows.size();
 }
 
-void QueryTrees::notePlaces(const Bvh& tree, std::uint32_t firstPlace) noexcept
+void QueryTrees::recordPlaces(const Bvh& tree, std::uint32_t firstPlace) noexcept
 {
     for (std::uint32_t slot = 0; slot < tree.slotCount(); ++slot)
     {
@@ -278,8 +281,8 @@ std::uint64_t QueryTrees::bytes() const noexcept
 {
     std::uint64_t bytes = m_main.bytes() + m_places.capacity() * sizeof(std::uint32_t) +
                           (m_changed.capacity() + m_left.capacity()) * sizeof(ProxyId);
-    for (const QuerySide& side : m_sides)
-        bytes += side.tree.bytes() + side.listed.capacity() * sizeof(ProxyId);
+    for (const SecondaryRows& secondary : m_secondary)
+        bytes += secondary.tree.bytes() + secondary.listed.capacity() * sizeof(ProxyId);
     return bytes;
 }
 }  // namespace cullet

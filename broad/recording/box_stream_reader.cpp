@@ -46,7 +46,7 @@ struct BoxStreamReader::Parts
     void decodeFilter(BoxEvent& event);
     void decodeBox(BoxEvent& event, bool isSame);
 
-    std::uint64_t take(std::size_t size)
+    std::uint64_t readValue(std::size_t size)
     {
         const std::uint64_t value = get(events.data() + position, size);
         position += size;
@@ -108,7 +108,7 @@ BoxStreamReader::Next BoxStreamReader::Parts::readBlock()
 
 BoxStreamReader::Next BoxStreamReader::Parts::decodeId(Code code, BoxEvent& event)
 {
-    event.id = static_cast<std::uint32_t>(lastId + 1 + take(4));
+    event.id = static_cast<std::uint32_t>(lastId + 1 + readValue(4));
     lastId = event.id;
     if (code == Code::Create)
     {
@@ -133,8 +133,8 @@ BoxStreamReader::Next BoxStreamReader::Parts::decodeId(Code code, BoxEvent& even
 
 void BoxStreamReader::Parts::decodeFilter(BoxEvent& event)
 {
-    event.group = static_cast<std::int32_t>(static_cast<std::uint32_t>(take(4)));
-    event.mask = static_cast<std::int32_t>(static_cast<std::uint32_t>(take(4)));
+    event.group = static_cast<std::int32_t>(static_cast<std::uint32_t>(readValue(4)));
+    event.mask = static_cast<std::int32_t>(static_cast<std::uint32_t>(readValue(4)));
 }
 
 void BoxStreamReader::Parts::decodeBox(BoxEvent& event, bool isSame)
@@ -143,14 +143,14 @@ void BoxStreamReader::Parts::decodeBox(BoxEvent& event, bool isSame)
     if (!isSame)
     {
         for (std::uint64_t& word : bits)
-            word ^= take(static_cast<std::size_t>(info.precision));
+            word ^= readValue(static_cast<std::size_t>(info.precision));
     }
     event.box = fromBits(bits, info.precision);
 }
 
 BoxStreamReader::Next BoxStreamReader::Parts::decode(BoxEvent& event)
 {
-    const std::uint64_t first = take(1);
+    const std::uint64_t first = readValue(1);
     if (first < static_cast<std::uint8_t>(Code::Create) || first > static_cast<std::uint8_t>(Code::Frame))
         return fail("an event of unknown kind " + std::to_string(first));
     const Code code = static_cast<Code>(first);

@@ -8,7 +8,7 @@
 namespace cullet
 {
 /// Boxes as six arrays by row, one after the other. A row without a valid box holds NaN, which overlaps nothing.
-struct FlatBoxes
+struct BoxArrays
 {
     const float* limits;   ///< [6 * stride] min x, max x, min y, max y, min z, max z
     std::uint32_t stride;  ///< length of each array, a multiple of 64
@@ -22,16 +22,16 @@ struct OverlapKernels
 
     /// Writes to bit i of `bits` whether the closed box of `row`, grown on every side, overlaps that of row i, itself
     /// included; for the rows of the words `firstWord` to stride / 64 - 1.
-    void (*findOverlaps)(const FlatBoxes& boxes, std::uint32_t row, float growth, std::uint32_t firstWord,
+    void (*findOverlaps)(const BoxArrays& boxes, std::uint32_t row, float growth, std::uint32_t firstWord,
                          std::uint64_t* bits);
 };
 
-extern const OverlapKernels kFlatKernelsBaseline;
+extern const OverlapKernels kOverlapKernelsBaseline;
 #if defined(__x86_64__)
-extern const OverlapKernels kFlatKernelsAvx2;
-extern const OverlapKernels kFlatKernelsAvx512;
+extern const OverlapKernels kOverlapKernelsAvx2;
+extern const OverlapKernels kOverlapKernelsAvx512;
 #endif
 
 /// The kernels with the widest registers that this processor has.
-const OverlapKernels& chooseFlatKernels(bool baseline);
+const OverlapKernels& chooseOverlapKernels(bool baseline);
 }  // namespace cullet

@@ -16,32 +16,32 @@ namespace cullet
 namespace
 {
 /// The box of one row in all lanes, and the arrays of boxes that it is tested against.
-class FlatQuery
+class OverlapQuery
 {
 public:
-    FlatQuery(const FlatBoxes& boxes, std::uint32_t row, float growth)
+    OverlapQuery(const BoxArrays& boxes, std::uint32_t row, float growth)
         : m_limits(boxes.limits), m_stride(boxes.stride)
     {
         for (int limit = 0; limit < 6; ++limit)
             m_box[limit] = Lanes::broadcast(*at(limit, row) + (limit % 2 == 0 ? -growth : growth));
     }
 
-    /// Returns a bit for each of the Lanes::kWidth boxes from `column` on: whether it overlaps the box.
-    std::uint32_t test(std::uint32_t column) const
+    /// Returns a bit for each of the Lanes::kWidth boxes from `other` on: whether it overlaps the box.
+    std::uint32_t test(std::uint32_t other) const
     {
         return Lanes::bits(
-            Lanes::both(Lanes::both(testAxis(0, column), testAxis(1, column)), testAxis(2, column)));
+            Lanes::both(Lanes::both(testAxis(0, other), testAxis(1, other)), testAxis(2, other)));
     }
 
 private:
-    const float* at(int limit, std::uint32_t column) const
+    const float* at(int limit, std::uint32_t other) const
     {
-        return m_limits + static_cast<std::uint32_t>(limit) * std::size_t{m_stride} + column;
+        return m_limits + static_cast<std::uint32_t>(limit) * std::size_t{m_stride} + other;
     }
-    Lanes::Mask testAxis(int axis, std::uint32_t column) const
+    Lanes::Mask testAxis(int axis, std::uint32_t other) const
     {
-        return Lanes::both(Lanes::le(m_box[2 * axis], Lanes::load(at(2 * axis + 1, column))),
-                           Lanes::le(Lanes::load(at(2 * axis, column)), m_box[2 * axis + 1]));
+        return Lanes::both(Lanes::le(m_box[2 * axis], Lanes::load(at(2 * axis + 1, other))),
+                           Lanes::le(Lanes::load(at(2 * axis, other)), m_box[2 * axis + 1]));
     }
 
     const float* m_limits;
@@ -49,10 +49,10 @@ private:
     Lanes::Value m_box[6];
 };
 
-void findOverlaps(const FlatBoxes& boxes, std::uint32_t row, float growth, std::uint32_t firstWord,
+void findOverlaps(const BoxArrays& boxes, std::uint32_t row, float growth, std::uint32_t firstWord,
                   std::uint64_t* bits)
 {
-    const FlatQuery query(boxes, row, growth);
+    const OverlapQuery query(boxes, row, growth);
     for (std::uint32_t word = firstWord; word < boxes.stride / 64; ++word)
     {
         std::uint64_t found = 0;

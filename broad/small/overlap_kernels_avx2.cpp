@@ -7,6 +7,6 @@
 
 namespace cullet
 {
-const OverlapKernels kFlatKernelsAvx2 = {"avx2", 384, findOverlaps};
+const OverlapKernels kOverlapKernelsAvx2 = {"avx2", 384, findOverlaps};
 }  // namespace cullet
 #endif  // x86-64

@@ -7,6 +7,6 @@
 
 namespace cullet
 {
-const OverlapKernels kFlatKernelsAvx512 = {"avx512", 512, findOverlaps};
+const OverlapKernels kOverlapKernelsAvx512 = {"avx512", 512, findOverlaps};
 }  // namespace cullet
 #endif  // x86-64

@@ -4,18 +4,18 @@
 
 namespace cullet
 {
-const OverlapKernels kFlatKernelsBaseline = {"baseline", 128, findOverlaps};
+const OverlapKernels kOverlapKernelsBaseline = {"baseline", 128, findOverlaps};
 
-const OverlapKernels& chooseFlatKernels(bool baseline)
+const OverlapKernels& chooseOverlapKernels(bool baseline)
 {
 #if defined(__x86_64__)
     if (!baseline && __builtin_cpu_supports("avx512f") != 0)
-        return kFlatKernelsAvx512;
+        return kOverlapKernelsAvx512;
     if (!baseline && __builtin_cpu_supports("avx2") != 0)
-        return kFlatKernelsAvx2;
+        return kOverlapKernelsAvx2;
 #else
     (void)baseline;
 #endif
-    return kFlatKernelsBaseline;
+    return kOverlapKernelsBaseline;
 }
 }  // namespace cullet

@@ -49,22 +49,22 @@ void SmallWorldBackend::updateOrThrow(const ProxyView& view)
     else if (m_isRestarted)
     {
         m_stats.path = "flat restart";
-        takeKnown(view);
-        m_shells.turnOff();
+        restoreKnown(view);
+        m_skins.turnOff();
         updateAll(view);
         m_isRestarted = false;
     }
-    else if (!m_shells.isOn() || areRulesNew || !updateInShells(view))
+    else if (!m_skins.isOn() || areRulesNew || !updateInsideSkins(view))
     {
         m_stats.path = "flat";
         if (areRulesNew)
             updateAll(view);
         else
             updateChanged(view);
-        if (m_shells.isOn() ? m_shells.areWorthRenewing(view) : m_shells.isCalm(view))
-            makeShells(view);
-        else if (m_shells.isOn())
-            m_shells.turnOff();
+        if (m_skins.isOn() ? m_skins.areWorthRenewing(view) : m_skins.isCalm(view))
+            makeSkins(view);
+        else if (m_skins.isOn())
+            m_skins.turnOff();
     }
     m_hadFilter = view.filters != nullptr;
     m_margin = view.margin;
@@ -90,40 +90,41 @@ void SmallWorldBackend::updateAll(const ProxyView& view)
 }
 
 /// Returns false, with no pair updated, when skins do not pay any more.
-bool SmallWorldBackend::updateInShells(const ProxyView& view)
+bool SmallWorldBackend::updateInsideSkins(const ProxyView& view)
 {
-    if (!m_shells.update(view))
+    if (!m_skins.update(view))
         return false;
     m_stats.path = "flat in shells";
-    if (m_shells.active().empty())
+    if (m_skins.awake().empty())
         m_isStale |= view.dirtyCount != 0;
     else
         loadChanged(view);
-    for (const std::uint32_t row : m_shells.active())
+    for (const std::uint32_t row : m_skins.awake())
         updateRow(view, row, 0);
-    for (const RowPair pair : m_shells.watched())
+    for (const RowPair pair : m_skins.candidatePairs())
     {
         if (overlapsBranchless(view.boxes[pair.a], view.boxes[pair.b]) != isHeld(pair.a, pair.b))
             examine(view, pair.a, pair.b);
     }
-    m_stats.candidates += m_shells.watched().size();
+    m_stats.candidates += m_skins.candidatePairs().size();
     return true;
 }
 
-void SmallWorldBackend::makeShells(const ProxyView& view)
+void SmallWorldBackend::makeSkins(const ProxyView& view)
 {
-    m_shells.begin(view);
+    m_skins.begin(view);
     for (std::uint32_t row = 0; row < view.size; ++row)
     {
-        m_kernels.findOverlaps({m_limits.data(), m_stride}, row, m_shells.reach(), row / 64, m_found.data());
+        m_kernels.findOverlaps({m_limits.data(), m_stride}, row, m_skins.pairSkin(), row / 64,
+                               m_found.data());
         for (std::uint32_t word = row / 64; word < m_stride / 64; ++word)
         {
             std::uint64_t near = m_found[word] | heldOf(row)[word];
             for (; near != 0; near &= near - 1)
             {
-                const std::uint32_t column = 64 * word + static_cast<std::uint32_t>(__builtin_ctzll(near));
-                if (column > row)
-                    m_shells.watch(view, {row, column}, isHeld(row, column));
+                const std::uint32_t other = 64 * word + static_cast<std::uint32_t>(__builtin_ctzll(near));
+                if (other > row)
+                    m_skins.addCandidate(view, {row, other}, isHeld(row, other));
             }
         }
     }
@@ -160,7 +161,7 @@ void SmallWorldBackend::makeRoom(std::uint32_t rows)
     m_stride = stride;
 }
 
-void SmallWorldBackend::takeKnown(const ProxyView& view)
+void SmallWorldBackend::restoreKnown(const ProxyView& view)
 {
     std::fill(m_limits.begin(), m_limits.end(), std::numeric_limits<float>::quiet_NaN());
     std::fill(m_held.begin(), m_held.end(), 0);
@@ -199,24 +200,24 @@ void SmallWorldBackend::updateRow(const ProxyView& view, std::uint32_t row, std:
 }
 
 /// Updates a pair that overlaps and is not held, or is held and does not overlap.
-void SmallWorldBackend::examine(const ProxyView& view, std::uint32_t row, std::uint32_t column)
+void SmallWorldBackend::examine(const ProxyView& view, std::uint32_t row, std::uint32_t other)
 {
     const Aabb& a = view.boxes[row];
-    const Aabb& b = view.boxes[column];
-    const bool held = isHeld(row, column);
+    const Aabb& b = view.boxes[other];
+    const bool held = isHeld(row, other);
     const bool areValid = isValid(a) && isValid(b);
     if (held ? areValid && overlapsWithMargin(a, b, view.margin) : !areValid)
         return;
-    if (!held && view.filters != nullptr && !passesFilter(view.filters[row], view.filters[column]))
+    if (!held && view.filters != nullptr && !passesFilter(view.filters[row], view.filters[other]))
         return;
-    flip(row, column);
-    (held ? m_removed : m_added).push_back(pairKey(makePair(view.uniqueIds[row], view.uniqueIds[column])));
+    flip(row, other);
+    (held ? m_removed : m_added).push_back(pairKey(makePair(view.uniqueIds[row], view.uniqueIds[other])));
 }
 
-void SmallWorldBackend::flip(std::uint32_t row, std::uint32_t column)
+void SmallWorldBackend::flip(std::uint32_t row, std::uint32_t other)
 {
-    heldOf(row)[column / 64] ^= std::uint64_t{1} << column % 64;
-    heldOf(column)[row / 64] ^= std::uint64_t{1} << row % 64;
+    heldOf(row)[other / 64] ^= std::uint64_t{1} << other % 64;
+    heldOf(other)[row / 64] ^= std::uint64_t{1} << row % 64;
 }
 
 Pairs SmallWorldBackend::heldPairs() const
@@ -231,9 +232,9 @@ Pairs SmallWorldBackend::heldPairs() const
         {
             for (std::uint64_t bits = m_held[row * words + word]; bits != 0; bits &= bits - 1)
             {
-                const std::size_t column = 64 * word + static_cast<std::size_t>(__builtin_ctzll(bits));
-                if (column > row)
-                    pairs.push_back(makePair(m_ids[row], m_ids[column]));
+                const std::size_t other = 64 * word + static_cast<std::size_t>(__builtin_ctzll(bits));
+                if (other > row)
+                    pairs.push_back(makePair(m_ids[row], m_ids[other]));
             }
         }
     }
@@ -249,7 +250,7 @@ BackendStats SmallWorldBackend::stats() const
                   (m_held.capacity() + m_found.capacity() + m_added.capacity() + m_removed.capacity()) *
                       sizeof(std::uint64_t) +
                   m_ids.capacity() * sizeof(std::uint32_t) + m_known.capacity() * sizeof(Pair) +
-                  m_shells.bytes();
+                  m_skins.bytes();
     return stats;
 }
 }  // namespace cullet

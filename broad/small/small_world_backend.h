@@ -23,7 +23,7 @@ class SmallWorldBackend final : public Backend
 {
 public:
     /// @param baseline use no instructions beyond the x86-64 baseline
-    explicit SmallWorldBackend(bool baseline) : m_kernels(chooseFlatKernels(baseline)) {}
+    explicit SmallWorldBackend(bool baseline) : m_kernels(chooseOverlapKernels(baseline)) {}
 
     Status update(const ProxyView& proxies, PairDelta& delta) override;
     void restart(const Pairs& known) override;
@@ -39,25 +39,25 @@ public:
 private:
     void updateOrThrow(const ProxyView& view);
     void makeRoom(std::uint32_t rows);
-    void takeKnown(const ProxyView& view);
+    void restoreKnown(const ProxyView& view);
     void updateChanged(const ProxyView& view);
     void updateAll(const ProxyView& view);
-    bool updateInShells(const ProxyView& view);
-    void makeShells(const ProxyView& view);
+    bool updateInsideSkins(const ProxyView& view);
+    void makeSkins(const ProxyView& view);
     void loadChanged(const ProxyView& view);
     void load(const ProxyView& view, std::uint32_t row);
     void updateRow(const ProxyView& view, std::uint32_t row, std::uint32_t firstWord);
-    void examine(const ProxyView& view, std::uint32_t row, std::uint32_t column);
+    void examine(const ProxyView& view, std::uint32_t row, std::uint32_t other);
     std::uint64_t* heldOf(std::uint32_t row) { return m_held.data() + std::size_t{row} * (m_stride / 64); }
-    bool isHeld(std::uint32_t row, std::uint32_t column)
+    bool isHeld(std::uint32_t row, std::uint32_t other)
     {
-        return (heldOf(row)[column / 64] >> column % 64 & 1) != 0;
+        return (heldOf(row)[other / 64] >> other % 64 & 1) != 0;
     }
-    void flip(std::uint32_t row, std::uint32_t column);
+    void flip(std::uint32_t row, std::uint32_t other);
 
     const OverlapKernels& m_kernels;
     std::uint32_t m_stride = 0;          ///< rows that the arrays have memory for, a multiple of 64
-    std::vector<float> m_limits;         ///< [6 * stride], see FlatBoxes
+    std::vector<float> m_limits;         ///< [6 * stride], see BoxArrays
     std::vector<std::uint64_t> m_held;   ///< [stride * stride / 64] both halves of the symmetric matrix
     std::vector<std::uint64_t> m_found;  ///< [stride / 64] overlaps of the row that is being tested
     std::vector<std::uint32_t> m_ids;    ///< [rows] as of the last update
@@ -66,7 +66,7 @@ private:
     bool m_hadFilter = false;  ///< whether the last update had filters
     float m_margin = 0;
     bool m_isStale = false;  ///< boxes that moved inside their skins were not loaded
-    SmallWorldSkins m_shells;
+    SmallWorldSkins m_skins;
     std::vector<std::uint64_t> m_added;    ///< keys
     std::vector<std::uint64_t> m_removed;  ///< keys
     PairSort m_keySort;

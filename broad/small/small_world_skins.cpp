@@ -13,8 +13,8 @@ void SmallWorldSkins::turnOff() noexcept
     m_isOn = false;
     m_age = 0;
     m_reference.clear();
-    m_active.clear();
-    m_watched.clear();
+    m_awake.clear();
+    m_candidatePairs.clear();
 }
 
 bool SmallWorldSkins::isCalm(const ProxyView& view)
@@ -25,10 +25,10 @@ bool SmallWorldSkins::isCalm(const ProxyView& view)
     bool isCalm = m_reference.size() == view.size;
     if (isCalm)
     {
-        std::uint32_t away = 0;
+        std::uint32_t outsideCount = 0;
         for (std::uint32_t row = 0; row < view.size; ++row)
-            away += isInsideShell(view.boxes[row], m_reference[row], 0.5f * view.margin) ? 0u : 1u;
-        isCalm = away * 10 <= view.size;
+            outsideCount += isInsideSkin(view.boxes[row], m_reference[row], 0.5f * view.margin) ? 0u : 1u;
+        isCalm = outsideCount * 10 <= view.size;
     }
     m_reference.assign(view.boxes, view.boxes + view.size);
     return isCalm;
@@ -38,20 +38,20 @@ void SmallWorldSkins::begin(const ProxyView& view)
 {
     m_isOn = true;
     m_age = 0;
-    m_spent = 0;
+    m_awakeTests = 0;
     m_margin = view.margin;
-    m_slack = 0.5f * view.margin;
+    m_skin = 0.5f * view.margin;
     m_reference.assign(view.boxes, view.boxes + view.size);
-    m_isActive.assign(view.size, 0);
-    m_active.clear();
-    m_watched.clear();
+    m_isAwake.assign(view.size, 0);
+    m_awake.clear();
+    m_candidatePairs.clear();
 }
 
-void SmallWorldSkins::watch(const ProxyView& view, RowPair pair, bool isHeld)
+void SmallWorldSkins::addCandidate(const ProxyView& view, RowPair pair, bool isHeld)
 {
     const float gap = gapOf(view.boxes[pair.a], view.boxes[pair.b]);
-    if (!isHeld || gap > sureGapOf(m_margin, m_slack))
-        m_watched.push_back(pair);
+    if (!isHeld || gap > persistentGapOf(m_margin, m_skin))
+        m_candidatePairs.push_back(pair);
 }
 
 bool SmallWorldSkins::update(const ProxyView& view)
@@ -60,24 +60,23 @@ bool SmallWorldSkins::update(const ProxyView& view)
     for (std::uint32_t row = static_cast<std::uint32_t>(m_reference.size()); row < view.size; ++row)
     {
         m_reference.push_back(kEmptyAabb);
-        m_isActive.push_back(0);
-        activate(row);
+        m_isAwake.push_back(0);
+        wakeBox(row);
     }
     for (std::uint32_t i = 0; i < view.dirtyCount; ++i)
     {
         const std::uint32_t row = view.dirty[i];
         const bool hasOnlyMoved = view.changes[row] == kRowMoved;
-        if (m_isActive[row] == 0 &&
-            !(hasOnlyMoved && isInsideShell(view.boxes[row], m_reference[row], m_slack)))
-            activate(row);
+        if (m_isAwake[row] == 0 && !(hasOnlyMoved && isInsideSkin(view.boxes[row], m_reference[row], m_skin)))
+            wakeBox(row);
     }
-    m_spent += m_active.size();
-    return m_spent <= 2 * std::uint64_t{view.size};
+    m_awakeTests += m_awake.size();
+    return m_awakeTests <= 2 * std::uint64_t{view.size};
 }
 
 std::uint64_t SmallWorldSkins::bytes() const noexcept
 {
-    return m_reference.capacity() * sizeof(Aabb) + m_isActive.capacity() +
-           m_active.capacity() * sizeof(std::uint32_t) + m_watched.capacity() * sizeof(RowPair);
+    return m_reference.capacity() * sizeof(Aabb) + m_isAwake.capacity() +
+           m_awake.capacity() * sizeof(std::uint32_t) + m_candidatePairs.capacity() * sizeof(RowPair);
 }
 }  // namespace cullet

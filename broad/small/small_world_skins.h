@@ -24,8 +24,8 @@ class SmallWorldSkins
 {
 public:
     bool isOn() const noexcept { return m_isOn; }
-    const std::vector<std::uint32_t>& active() const noexcept { return m_active; }
-    const std::vector<RowPair>& watched() const noexcept { return m_watched; }
+    const std::vector<std::uint32_t>& awake() const noexcept { return m_awake; }
+    const std::vector<RowPair>& candidatePairs() const noexcept { return m_candidatePairs; }
 
     /// Drops the skins; new ones are not made before some updates.
     void turnOff() noexcept;
@@ -33,14 +33,14 @@ public:
     /// Called in an update without skins: whether to make them now. O(rows) in one of eight updates or fewer.
     bool isCalm(const ProxyView& view);
 
-    /// Makes skins around all boxes; watch() then adds the candidates.
+    /// Makes skins around all boxes; addCandidate() then adds the candidates.
     void begin(const ProxyView& view);
 
     /// How far apart two reference boxes may be while their boxes can touch inside their skins.
-    float reach() const noexcept { return reachOfShells(m_slack); }
+    float pairSkin() const noexcept { return pairSkinOf(m_skin); }
 
-    /// Adds a candidate: a pair that is held or within reach(), unless it is held and cannot separate.
-    void watch(const ProxyView& view, RowPair pair, bool isHeld);
+    /// Adds a candidate: a pair that is held or within pairSkin(), unless it is held and cannot separate.
+    void addCandidate(const ProxyView& view, RowPair pair, bool isHeld);
 
     /// Finds the boxes that left their skins; returns false when skins do not pay any more. O(changed rows).
     /// @pre the margin is that of begin()
@@ -49,16 +49,16 @@ public:
     /// After update() returned false: whether new skins are better than none.
     bool areWorthRenewing(const ProxyView& view) const noexcept
     {
-        return view.margin > 0.0f && 8 * m_active.size() <= view.size;
+        return view.margin > 0.0f && 8 * m_awake.size() <= view.size;
     }
 
     std::uint64_t bytes() const noexcept;
 
 private:
-    void activate(std::uint32_t row)
+    void wakeBox(std::uint32_t row)
     {
-        m_isActive[row] = 1;
-        m_active.push_back(row);
+        m_isAwake[row] = 1;
+        m_awake.push_back(row);
     }
 
     static constexpr std::uint32_t kShortestPeriod = 8;
@@ -66,13 +66,13 @@ private:
 
     bool m_isOn = false;
     float m_margin = 0;
-    float m_slack = 0;
+    float m_skin = 0;
     std::vector<Aabb> m_reference;  ///< [rows] reference boxes of the skins, or boxes of some updates ago
-    std::vector<std::uint8_t> m_isActive;  ///< [rows]
-    std::vector<std::uint32_t> m_active;
-    std::vector<RowPair> m_watched;
+    std::vector<std::uint8_t> m_isAwake;  ///< [rows]
+    std::vector<std::uint32_t> m_awake;
+    std::vector<RowPair> m_candidatePairs;
     std::uint32_t m_age = 0;  ///< updates since skins were made, or since m_reference was copied
     std::uint32_t m_period = kShortestPeriod;
-    std::uint64_t m_spent = 0;  ///< tests of awake rows since skins were made
+    std::uint64_t m_awakeTests = 0;  ///< tests of awake rows since skins were made
 };
 }  // namespace cullet

@@ -17,7 +17,7 @@ inline constexpr unsigned kEmitThreads = 128;
 ///
 /// @param pairAt(k) returns pair k as a uint2: as two numbers, it would be stored in two steps
 template <class PairAt>
-__device__ void writeTogether(const PairList& list, std::uint64_t place, unsigned count, const PairAt& pairAt)
+__device__ void writeByWarp(const PairList& list, std::uint64_t place, unsigned count, const PairAt& pairAt)
 {
     auto* to = reinterpret_cast<uint2*>(list.pairs);
     for (unsigned k = threadIdx.x % 32; k < count; k += 32)
@@ -31,13 +31,13 @@ __device__ void writeTogether(const PairList& list, std::uint64_t place, unsigne
 ///
 /// @return place of the first pair
 template <class PairAt>
-__device__ std::uint64_t appendTogether(const PairList& list, unsigned count, const PairAt& pairAt)
+__device__ std::uint64_t appendByWarp(const PairList& list, unsigned count, const PairAt& pairAt)
 {
     unsigned long long place = 0;
     if (threadIdx.x % 32 == 0)
         place = fetchAdd(list.count, std::uint64_t{count});
     place = __shfl_sync(0xffffffffu, place, 0);
-    writeTogether(list, place, count, pairAt);
+    writeByWarp(list, place, count, pairAt);
     return place;
 }
 
@@ -56,7 +56,7 @@ __device__ inline std::uint32_t countBefore(std::uint32_t lanes)
 /// @tparam kPairs capacity of the buffer of a warp
 /// @tparam List   PairList, or DepthList
 template <unsigned kPairs = 128, class List = PairList>
-struct TogetherEmitter
+struct BallotEmitter
 {
     static constexpr bool kHasDepths = std::is_same_v<List, DepthList>;
     static constexpr unsigned kRoom = kPairs;
@@ -64,13 +64,13 @@ struct TogetherEmitter
         kHasDepths ? kRoom + kRoom / 2 : kRoom;  ///< size in pairs, including depths
     static constexpr unsigned kAll = 0xffffffffu;
 
-    std::uint32_t buffer;  ///< [kRoom] pairs of the warp, then their depths: an address in shared memory
-    unsigned held;         ///< number of pairs in the buffer, the same in all lanes
+    std::uint32_t buffer;    ///< [kRoom] pairs of the warp, then their depths: an address in shared memory
+    unsigned bufferedCount;  ///< number of pairs in the buffer, the same in all lanes
     List list;
 
     /// @param room [kSlots] buffer of the warp
-    __device__ TogetherEmitter(const RowPair* room, const List& whole)
-        : buffer(addressInShared(room)), held(0), list(whole)
+    __device__ BallotEmitter(const RowPair* room, const List& whole)
+        : buffer(addressInShared(room)), bufferedCount(0), list(whole)
     {
     }
 
@@ -80,26 +80,26 @@ struct TogetherEmitter
     __device__ void append(bool isMine, RowPair pair, float depth = 0)
     {
         const unsigned lanes = __ballot_sync(kAll, isMine);
-        const unsigned k = held + countBefore(lanes);
+        const unsigned k = bufferedCount + countBefore(lanes);
         if (isMine)
             storeShared(buffer + sizeof(RowPair) * k, pair);
         if (kHasDepths && isMine)
             storeShared(depthAt(k), __float_as_uint(depth));
-        held += __popc(lanes);
-        if (held > kRoom - 32)
+        bufferedCount += __popc(lanes);
+        if (bufferedCount > kRoom - 32)
             flush();
     }
     /// Writes the rest of the buffer to the list.
     __device__ void finish()
     {
-        if (held != 0)
+        if (bufferedCount != 0)
             flush();
     }
     /// As finish(), to places that have been claimed already.
     __device__ void finishAt(std::uint64_t place)
     {
         __syncwarp();
-        writeTogether(pairsOf(list), place, held, bufferedPair());
+        writeByWarp(pairsOf(list), place, bufferedCount, bufferedPair());
     }
 
 private:
@@ -116,16 +116,16 @@ private:
     __device__ void flush()
     {
         __syncwarp();
-        const std::uint64_t base = appendTogether(pairsOf(list), held, bufferedPair());
+        const std::uint64_t base = appendByWarp(pairsOf(list), bufferedCount, bufferedPair());
         if constexpr (kHasDepths)
             appendDepths(base);
         __syncwarp();
-        held = 0;
+        bufferedCount = 0;
     }
 
     __device__ void appendDepths(std::uint64_t base)
     {
-        for (unsigned k = threadIdx.x % 32; k < held; k += 32)
+        for (unsigned k = threadIdx.x % 32; k < bufferedCount; k += 32)
         {
             if (base + k < list.pairs.capacity)
                 list.depths[base + k] = __uint_as_float(loadShared(depthAt(k)));
@@ -138,7 +138,7 @@ private:
 
 /// A BallotEmitter with a buffer of candidates for each lane.
 template <unsigned kPairs = 128>
-struct KeepingEmitter : TogetherEmitter<kPairs>
+struct BufferedEmitter : BallotEmitter<kPairs>
 {
     static constexpr std::uint32_t kMostKept = 8;
     static constexpr std::uint32_t kStride = sizeof(std::uint32_t) * kEmitThreads;
@@ -146,8 +146,8 @@ struct KeepingEmitter : TogetherEmitter<kPairs>
     std::uint32_t firstKept, endOfKept;  ///< buffer of the lane: addresses in shared memory, kStride apart
 
     /// @param room [kMostKept * kEmitThreads] buffers of the block
-    __device__ KeepingEmitter(const RowPair* pairs, const std::uint32_t* room, const PairList& whole)
-        : TogetherEmitter<kPairs>(pairs, whole),
+    __device__ BufferedEmitter(const RowPair* pairs, const std::uint32_t* room, const PairList& whole)
+        : BallotEmitter<kPairs>(pairs, whole),
           firstKept(addressInShared(room + threadIdx.x)),
           endOfKept(firstKept)
     {

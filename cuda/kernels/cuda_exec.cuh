@@ -39,18 +39,18 @@ public:
     using Staging = PinnedBuffer<T>;
 
     /// Makes the executor's device the current one of this thread, and restores the previous one.
-    class Use
+    class DeviceGuard
     {
     public:
-        explicit Use(const CudaExec& exec)
+        explicit DeviceGuard(const CudaExec& exec)
         {
             CULLET_CUDA_TRY(cudaGetDevice(&m_before));
             if (m_before != exec.m_device)
                 CULLET_CUDA_TRY(cudaSetDevice(exec.m_device));
         }
-        Use(const Use&) = delete;
-        Use& operator=(const Use&) = delete;
-        ~Use() { cudaSetDevice(m_before); }
+        DeviceGuard(const DeviceGuard&) = delete;
+        DeviceGuard& operator=(const DeviceGuard&) = delete;
+        ~DeviceGuard() { cudaSetDevice(m_before); }
 
     private:
         int m_before = 0;
@@ -63,14 +63,14 @@ public:
           m_blockThreads(blockThreads(options.blockThreads)),
           m_stages(options.timeStages)
     {
-        const Use use(*this);
+        const DeviceGuard use(*this);
         int bytes = 0;
         CULLET_CUDA_TRY(cudaDeviceGetAttribute(&bytes, cudaDevAttrMaxSharedMemoryPerBlockOptin, m_device));
         m_sharedBytes = static_cast<std::uint32_t>(bytes);
         int multiprocessors = 0;
         CULLET_CUDA_TRY(cudaDeviceGetAttribute(&multiprocessors, cudaDevAttrMultiProcessorCount, m_device));
         m_multiprocessors = static_cast<std::uint32_t>(multiprocessors);
-        m_canLaunchEarly = canLaunchEarly(m_device);
+        m_canLaunchDependent = canLaunchDependent(m_device);
         if (m_stream == nullptr)
         {
             CULLET_CUDA_TRY(cudaStreamCreateWithFlags(&m_ownStream, cudaStreamNonBlocking));
@@ -99,7 +99,7 @@ public:
         if (buffer.size() != 0)
         {
             wait();
-            m_side.wait();
+            m_sideStream.wait();
         }
         buffer.allocate(room, &m_bytes);
     }
@@ -122,7 +122,7 @@ public:
     void release(ExecutorBuffer<T, Memory>& buffer)
     {
         wait();
-        m_side.wait();
+        m_sideStream.wait();
         buffer.release();
     }
 
@@ -142,7 +142,7 @@ public:
     ///
     /// @param memory [count] from BoxAllocator
     template <class T>
-    bool canReach(const T* memory, std::uint64_t count) const
+    bool canAccessDirectly(const T* memory, std::uint64_t count) const
     {
         return lockPages(memory, count * sizeof(T));
     }
@@ -151,13 +151,13 @@ public:
     template <class T>
     void uploadParts(T* to, const T* from, std::uint64_t count, std::uint64_t part)
     {
-        m_parts.begin(m_stream, count > part);
+        m_chunkedUpload.begin(m_stream, count > part);
         for (std::uint64_t begin = 0; begin < count; begin += part)
         {
             const std::uint64_t end = std::min(begin + part, count);
             transfer(to + begin, from + begin, (end - begin) * sizeof(T), cudaMemcpyHostToDevice,
-                     m_parts.stream());
-            m_parts.end();
+                     m_chunkedUpload.stream());
+            m_chunkedUpload.end();
         }
         m_bytesMoved += count * sizeof(T);
     }
@@ -179,10 +179,10 @@ public:
         return static_cast<T*>(address);
     }
     /// Makes all work launched from now on wait for that part.
-    void awaitPart(std::uint64_t part) { m_parts.await(m_stream, part); }
+    void awaitPart(std::uint64_t part) { m_chunkedUpload.await(m_stream, part); }
     /// Uploads from any memory of the CPU, which may change as soon as this returns.
     template <class T>
-    void uploadNow(T* to, const T* from, std::uint64_t count)
+    void uploadAndWait(T* to, const T* from, std::uint64_t count)
     {
         upload(to, from, count);
         wait();
@@ -203,16 +203,16 @@ public:
 
     /// Runs steps on the side stream: after all that was launched before the last fork(), concurrently with what is
     /// launched later, possibly for several updates.
-    void fork() { m_side.fork(m_stream); }
+    void fork() { m_sideStream.fork(m_stream); }
     template <class Body>
-    void aside(const Body& body)
+    void onSideStream(const Body& body)
     {
-        const Elsewhere elsewhere(m_stream, m_side.stream());
+        const StreamSwitch elsewhere(m_stream, m_sideStream.stream());
         body();
     }
     /// Makes all work launched from now on wait for the side stream.
-    void join() { m_side.join(m_stream); }
-    bool isAsideDone() const { return m_side.isDone(); }
+    void join() { m_sideStream.join(m_stream); }
+    bool isSideStreamDone() const { return m_sideStream.isDone(); }
 
     /// awaitMark() waits for all that was launched before mark(), and for nothing after it.
     void mark() { m_mark.record(m_stream); }
@@ -222,8 +222,8 @@ public:
     void drain() noexcept
     {
         cudaStreamSynchronize(m_stream);
-        m_parts.drain();
-        m_side.drain();
+        m_chunkedUpload.drain();
+        m_sideStream.drain();
         cudaGetLastError();
     }
 
@@ -232,7 +232,7 @@ public:
     /// Discards the stages of a failed update.
     void dropStages() noexcept { m_stages.drop(); }
     /// The stages since the last call; waits for them.
-    void takeStages(Array<StageTime>& stages) { m_stages.take(stages); }
+    void collectStages(Array<StageTime>& stages) { m_stages.collect(stages); }
 
     template <class Step>
     void forEach(std::uint64_t count, const Step& step)
@@ -247,18 +247,18 @@ public:
             launch(runStep<Step>, end - begin, end - begin <= 32 ? 32 : m_blockThreads, begin, end, step);
     }
     template <class Step>
-    void forEachEmitting(std::uint64_t count, const Step& step, const PairList& list)
+    void forEachAppend(std::uint64_t count, const Step& step, const PairList& list)
     {
-        launch(runEmittingStep<Step>, count, std::min(m_blockThreads, kEmitThreads), count, step, list);
+        launch(runAppend<Step>, count, std::min(m_blockThreads, kEmitThreads), count, step, list);
     }
 
     template <std::uint32_t kSharers, class Step>
-    void forEachDealt(std::uint64_t bins, const Step& step, const PairList& list)
+    void forEachBinSlot(std::uint64_t bins, const Step& step, const PairList& list)
     {
-        const auto kernel = runDealt<kSharers, Step>;
+        const auto kernel = runBinSlots<kSharers, Step>;
         const auto count = static_cast<std::uint32_t>(bins);
-        if (m_canLaunchEarly)
-            launchEarly(m_stream, kernel, kSharers * bins, kEmitThreads, count, step, list);
+        if (m_canLaunchDependent)
+            launchDependent(m_stream, kernel, kSharers * bins, kEmitThreads, count, step, list);
         else
             launch(kernel, kSharers * bins, kEmitThreads, count, step, list);
     }
@@ -293,45 +293,47 @@ public:
     }
 
     template <class Step>
-    void forEachTogether(std::uint64_t count, const Step& step, const PairList& list)
+    void forEachAppendWarp(std::uint64_t count, const Step& step, const PairList& list)
     {
-        launch(runTogether<Step>, count, kEmitThreads, count, step, list);
+        launch(runAppendWarp<Step>, count, kEmitThreads, count, step, list);
     }
 
     template <class Step>
-    void forEachParted(std::uint64_t count, const Step& step, const DepthList& first, const PairList& second)
+    void forEachPartition(std::uint64_t count, const Step& step, const DepthList& first,
+                          const PairList& second)
     {
         // Below this, one item per lane: latency counts, and there are idle multiprocessors.
-        if (count < kManyShort)
-            launch(runParted<1, Step>, count, kEmitThreads, count, step, first, second);
+        if (count < kFewestForSeveralPerLane)
+            launch(runPartition<1, Step>, count, kEmitThreads, count, step, first, second);
         else
-            launch(runParted<kEachShort, Step>, (count + kEachShort - 1) / kEachShort, kEmitThreads, count,
-                   step, first, second);
+            launch(runPartition<kPerLanePartition, Step>, (count + kPerLanePartition - 1) / kPerLanePartition,
+                   kEmitThreads, count, step, first, second);
     }
 
     template <class Step, std::uint32_t kLists>
-    void forEachSent(std::uint64_t count, const Step& step, const PairLists<kLists>& lists)
+    void forEachMultiAppend(std::uint64_t count, const Step& step, const PairLists<kLists>& lists)
     {
-        if (count < kManyShort)
-            launch(runSent<1, Step, kLists>, count, kEmitThreads, count, step, lists);
+        if (count < kFewestForSeveralPerLane)
+            launch(runMultiAppend<1, Step, kLists>, count, kEmitThreads, count, step, lists);
         else
-            launch(runSent<kEachSent, Step, kLists>, (count + kEachSent - 1) / kEachSent, kEmitThreads, count,
-                   step, lists);
+            launch(runMultiAppend<kPerLaneMultiAppend, Step, kLists>,
+                   (count + kPerLaneMultiAppend - 1) / kPerLaneMultiAppend, kEmitThreads, count, step, lists);
     }
 
     template <class Step>
-    void forEachSifted(std::uint64_t count, const Step& step, const PairLists<2>& lists)
+    void forEachCompacted(std::uint64_t count, const Step& step, const PairLists<2>& lists)
     {
         // As many warps as the device holds at once: each queues its undecided items.
-        const std::uint64_t lanes = (count + kEachSifted - 1) / kEachSifted;
-        const std::uint64_t most = std::uint64_t{m_multiprocessors} * kSiftedBlocks * kSiftThreads;
-        launch(runSifted<kEachSifted, Step>, std::min(lanes, most), kSiftThreads, count, step, lists);
+        const std::uint64_t lanes = (count + kPerLaneCompacted - 1) / kPerLaneCompacted;
+        const std::uint64_t most = std::uint64_t{m_multiprocessors} * kCompactedBlocks * kCompactedThreads;
+        launch(runCompacted<kPerLaneCompacted, Step>, std::min(lanes, most), kCompactedThreads, count, step,
+               lists);
     }
 
     template <class Step>
-    void forEachGrouped(std::uint64_t count, const Step& step, const PairList& list)
+    void forEachWarp(std::uint64_t count, const Step& step, const PairList& list)
     {
-        launch(runGrouped<Step>, count, kEmitThreads, count, step, list);
+        launch(runWarp<Step>, count, kEmitThreads, count, step, list);
     }
 
     template <class T>
@@ -390,21 +392,21 @@ public:
 
     std::uint64_t bytes() const { return m_bytes; }
     /// Bytes copied between CPU and device since the last call.
-    std::uint64_t takeBytesMoved() { return std::exchange(m_bytesMoved, 0); }
-    std::uint64_t takeTestCount() { return 0; }  ///< not counted here: it would cost time
+    std::uint64_t collectBytesMoved() { return std::exchange(m_bytesMoved, 0); }
+    std::uint64_t collectTestCount() { return 0; }  ///< not counted here: it would cost time
 
 private:
     /// Replaces a stream by another one until the end of the scope.
-    class Elsewhere
+    class StreamSwitch
     {
     public:
-        Elsewhere(cudaStream_t& stream, cudaStream_t other) : m_stream(stream), m_before(stream)
+        StreamSwitch(cudaStream_t& stream, cudaStream_t other) : m_stream(stream), m_before(stream)
         {
             m_stream = other;
         }
-        Elsewhere(const Elsewhere&) = delete;
-        Elsewhere& operator=(const Elsewhere&) = delete;
-        ~Elsewhere() { m_stream = m_before; }
+        StreamSwitch(const StreamSwitch&) = delete;
+        StreamSwitch& operator=(const StreamSwitch&) = delete;
+        ~StreamSwitch() { m_stream = m_before; }
 
     private:
         cudaStream_t& m_stream;
@@ -440,8 +442,8 @@ private:
     template <class Step>
     using LargeTiles = TileSearching<Step, 512, 6>;
 
-    static constexpr unsigned kEachShort = 6, kEachSent = 2, kEachSifted = 2;
-    static constexpr std::uint64_t kManyShort = 1u << 18;
+    static constexpr unsigned kPerLanePartition = 6, kPerLaneMultiAppend = 2, kPerLaneCompacted = 2;
+    static constexpr std::uint64_t kFewestForSeveralPerLane = 1u << 18;
     static constexpr std::uint32_t kFewTiles = 2048;
     static constexpr std::uint64_t kFewBoxes = 3u << 16;
     static constexpr std::uint32_t kStaticShared = 1024;  ///< static shared memory of a kernel, at most
@@ -464,12 +466,12 @@ private:
     unsigned m_blockThreads;
     std::uint32_t m_sharedBytes = 0;  ///< most shared memory of a block
     std::uint32_t m_multiprocessors = 0;
-    bool m_canLaunchEarly = false;
+    bool m_canLaunchDependent = false;
     std::uint64_t m_bytes = 0;
     std::uint64_t m_bytesMoved = 0;
     CubScratch m_scratch;
-    ChunkedUpload m_parts;
-    SideStream m_side;
+    ChunkedUpload m_chunkedUpload;
+    SideStream m_sideStream;
     EventMark m_mark;
     StageTimer m_stages;
 };

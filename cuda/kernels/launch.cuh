@@ -42,7 +42,7 @@ void launchShared(cudaStream_t stream, void (*kernel)(Parameters...), std::uint6
 }
 
 /// Whether device and driver support launchDependent(), also in a recorded graph.
-inline bool canLaunchEarly(int device)
+inline bool canLaunchDependent(int device)
 {
     int driver = 0;
     int major = 0;
@@ -56,8 +56,8 @@ inline bool canLaunchEarly(int device)
 ///
 /// @pre canLaunchDependent()
 template <class... Parameters, class... Arguments>
-void launchEarly(cudaStream_t stream, void (*kernel)(Parameters...), std::uint64_t indices, unsigned threads,
-                 const Arguments&... arguments)
+void launchDependent(cudaStream_t stream, void (*kernel)(Parameters...), std::uint64_t indices,
+                     unsigned threads, const Arguments&... arguments)
 {
 #if CUDART_VERSION >= 12030
     if (indices == 0)
@@ -79,7 +79,7 @@ void launchEarly(cudaStream_t stream, void (*kernel)(Parameters...), std::uint64
 
 /// In a kernel: waits until all previous launches are complete and their results visible, as at the start of any
 /// kernel not launched by launchDependent().
-__device__ inline void awaitBefore()
+__device__ inline void syncGridDependency()
 {
 #if defined(__CUDA_ARCH__) && __CUDA_ARCH__ >= 900
     asm volatile("griddepcontrol.wait;" ::: "memory");
@@ -87,7 +87,7 @@ __device__ inline void awaitBefore()
 }
 
 /// In a kernel: lets the blocks of a following launchDependent() start, as far as this block is concerned.
-__device__ inline void letNextStart()
+__device__ inline void triggerDependentLaunch()
 {
 #if defined(__CUDA_ARCH__) && __CUDA_ARCH__ >= 900
     asm volatile("griddepcontrol.launch_dependents;" ::: "memory");

@@ -10,14 +10,14 @@
 /// The kernels for steps that append pairs to several lists. The warps of a block claim places together.
 namespace cullet::psap
 {
-inline constexpr unsigned kSentBlocks = 8;  ///< blocks per multiprocessor
+inline constexpr unsigned kMultiAppendBlocks = 8;  ///< blocks per multiprocessor
 /// Threads of a block of runCompacted(): the more, the fewer atomics.
-inline constexpr unsigned kSiftThreads = 256;
+inline constexpr unsigned kCompactedThreads = 256;
 /// Blocks per multiprocessor: Turing's holds 1,024 threads, later ones 1,536 and more.
 #if defined(__CUDA_ARCH__) && __CUDA_ARCH__ < 800
-inline constexpr unsigned kSiftedBlocks = 4;
+inline constexpr unsigned kCompactedBlocks = 4;
 #else
-inline constexpr unsigned kSiftedBlocks = 6;
+inline constexpr unsigned kCompactedBlocks = 6;
 #endif
 
 /// Places in several lists for the pairs of a block, claimed together: atomics on the counter of a list are served
@@ -76,29 +76,30 @@ private:
 /// lists together, and loads what its lanes need for all their pairs before it uses any of it.
 ///
 /// @tparam kPerLane pairs of a lane
-template <unsigned kEach, class Step, std::uint32_t kLists>
-__global__ void __launch_bounds__(kEmitThreads, kSentBlocks)
-    runSent(std::uint64_t end, const Step step, const PairLists<kLists> lists)
+template <unsigned kPerLane, class Step, std::uint32_t kLists>
+__global__ void __launch_bounds__(kEmitThreads, kMultiAppendBlocks)
+    runMultiAppend(std::uint64_t end, const Step step, const PairLists<kLists> lists)
 {
     constexpr unsigned kWarps = kEmitThreads / 32;
     constexpr unsigned kAll = 0xffffffffu;
     __shared__ BlockPlaces<kWarps, kLists> places;
-    const std::uint64_t first = static_cast<std::uint64_t>(blockIdx.x) * kEach * kEmitThreads + threadIdx.x;
+    const std::uint64_t first =
+        static_cast<std::uint64_t>(blockIdx.x) * kPerLane * kEmitThreads + threadIdx.x;
     using Item = decltype(step.read(first));
-    Item items[kEach];
+    Item items[kPerLane];
 #pragma unroll
-    for (unsigned k = 0; k < kEach; ++k)
+    for (unsigned k = 0; k < kPerLane; ++k)
     {
         const std::uint64_t i = first + k * kEmitThreads;
         items[k] = i < end ? step.read(i) : Item{};
     }
-    decltype(step(items[0])) verdicts[kEach];
+    decltype(step(items[0])) verdicts[kPerLane];
 #pragma unroll
-    for (unsigned k = 0; k < kEach; ++k)
+    for (unsigned k = 0; k < kPerLane; ++k)
         verdicts[k] = step(items[k]);
         // Not earlier: other indices might still read what is stored.
 #pragma unroll
-    for (unsigned k = 0; k < kEach; ++k)
+    for (unsigned k = 0; k < kPerLane; ++k)
     {
         const std::uint64_t i = first + k * kEmitThreads;
         if (i < end)
@@ -106,10 +107,10 @@ __global__ void __launch_bounds__(kEmitThreads, kSentBlocks)
     }
     std::uint32_t own[kLists] = {};
 #pragma unroll
-    for (unsigned k = 0; k < kEach; ++k)
+    for (unsigned k = 0; k < kPerLane; ++k)
 #pragma unroll
         for (unsigned list = 0; list < kLists; ++list)
-            own[list] += __popc(__ballot_sync(kAll, verdicts[k].sent.isFor(list)));
+            own[list] += __popc(__ballot_sync(kAll, verdicts[k].routed.isFor(list)));
     places.claim(own, lists);
 #pragma unroll
     for (unsigned list = 0; list < kLists; ++list)
@@ -119,13 +120,14 @@ __global__ void __launch_bounds__(kEmitThreads, kSentBlocks)
         const PairList to = lists.at(list);
         std::uint64_t place = places.ofWarp(list);
 #pragma unroll
-        for (unsigned k = 0; k < kEach; ++k)
+        for (unsigned k = 0; k < kPerLane; ++k)
         {
-            const bool isMine = verdicts[k].sent.isFor(list);
+            const bool isMine = verdicts[k].routed.isFor(list);
             const unsigned lanes = __ballot_sync(kAll, isMine);
             const std::uint64_t slot = place + countBefore(lanes);
             if (isMine && slot < to.capacity)
-                reinterpret_cast<uint2*>(to.pairs)[slot] = {verdicts[k].sent.pair.a, verdicts[k].sent.pair.b};
+                reinterpret_cast<uint2*>(to.pairs)[slot] = {verdicts[k].routed.pair.a,
+                                                            verdicts[k].routed.pair.b};
             place += __popc(lanes);
         }
     }
@@ -135,66 +137,66 @@ __global__ void __launch_bounds__(kEmitThreads, kSentBlocks)
 /// undecided ones are compacted: the warp queues them until it has one for each lane.
 ///
 /// @tparam kPerLane indices of a lane that are loaded together
-template <unsigned kEach, class Step>
-__global__ void __launch_bounds__(kSiftThreads, kSiftedBlocks)
-    runSifted(std::uint64_t end, const Step step, const PairLists<2> lists)
+template <unsigned kPerLane, class Step>
+__global__ void __launch_bounds__(kCompactedThreads, kCompactedBlocks)
+    runCompacted(std::uint64_t end, const Step step, const PairLists<2> lists)
 {
-    using Open = typename Step::Open;
-    using Emitter = TogetherEmitter<64>;
-    constexpr unsigned kWarps = kSiftThreads / 32;
-    __shared__ Open queues[kWarps][64];
+    using Undecided = typename Step::Undecided;
+    using Emitter = BallotEmitter<64>;
+    constexpr unsigned kWarps = kCompactedThreads / 32;
+    __shared__ Undecided queues[kWarps][64];
     __shared__ alignas(8) RowPair rooms[2][kWarps][Emitter::kRoom];
     __shared__ BlockPlaces<kWarps, 2> places;
     const unsigned ofBlock = threadIdx.x / 32;
     const unsigned lane = threadIdx.x % 32;
-    Open* const queue = queues[ofBlock];
+    Undecided* const queue = queues[ofBlock];
     Emitter toFirst(rooms[0][ofBlock], lists.at(0));
     Emitter toSecond(rooms[1][ofBlock], lists.at(1));
-    unsigned waiting = 0;
-    const auto look = [&](unsigned count)
+    unsigned queued = 0;
+    const auto classify = [&](unsigned count)
     {
         __syncwarp();
-        waiting -= count;
-        SentPair sent;
+        queued -= count;
+        RoutedPair routed;
         if (lane < count)
-            sent = step.look(queue[waiting + lane]);
-        toFirst.append(sent.isFor(0), sent.pair);
-        toSecond.append(sent.isFor(1), sent.pair);
+            routed = step.classify(queue[queued + lane]);
+        toFirst.append(routed.isFor(0), routed.pair);
+        toSecond.append(routed.isFor(1), routed.pair);
         __syncwarp();
     };
     using Item = decltype(step.read(end));
-    const std::uint64_t all = std::uint64_t{kEach} * kSiftThreads * gridDim.x;
+    const std::uint64_t all = std::uint64_t{kPerLane} * kCompactedThreads * gridDim.x;
     const std::uint64_t warp = static_cast<std::uint64_t>(blockIdx.x) * kWarps + ofBlock;
 #pragma unroll 1
-    for (std::uint64_t first = 32 * kEach * warp; first < end; first += all)
+    for (std::uint64_t first = 32 * kPerLane * warp; first < end; first += all)
     {
-        Item items[kEach];
-        bool isOpen[kEach];
+        Item items[kPerLane];
+        bool isUndecided[kPerLane];
 #pragma unroll
-        for (unsigned k = 0; k < kEach; ++k)
+        for (unsigned k = 0; k < kPerLane; ++k)
         {
             const std::uint64_t i = first + 32 * k + lane;
             items[k] = i < end ? step.read(i) : Item{};
         }
 #pragma unroll
-        for (unsigned k = 0; k < kEach; ++k)
-            isOpen[k] = step.isOpen(items[k]);
+        for (unsigned k = 0; k < kPerLane; ++k)
+            isUndecided[k] = step.isUndecided(items[k]);
 #pragma unroll
-        for (unsigned k = 0; k < kEach; ++k)
+        for (unsigned k = 0; k < kPerLane; ++k)
         {
             const std::uint64_t i = first + 32 * k + lane;
-            const unsigned lanes = __ballot_sync(Emitter::kAll, isOpen[k]);
-            if (isOpen[k])
-                queue[waiting + countBefore(lanes)] = step.open(i, items[k]);
+            const unsigned lanes = __ballot_sync(Emitter::kAll, isUndecided[k]);
+            if (isUndecided[k])
+                queue[queued + countBefore(lanes)] = step.undecided(i, items[k]);
             else if (i < end)
                 step.keep(i, items[k]);
-            waiting += __popc(lanes);
-            if (waiting >= 32)
-                look(32);
+            queued += __popc(lanes);
+            if (queued >= 32)
+                classify(32);
         }
     }
-    look(waiting);
-    places.claim({toFirst.held, toSecond.held}, lists);
+    classify(queued);
+    places.claim({toFirst.bufferedCount, toSecond.bufferedCount}, lists);
     toFirst.finishAt(places.ofWarp(0));
     toSecond.finishAt(places.ofWarp(1));
 }

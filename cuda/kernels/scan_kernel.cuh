@@ -18,21 +18,21 @@ inline constexpr std::uint64_t kMostInBlock = kMostPerThread * kScanThreads;
 /// loads all of them before it uses any.
 ///
 /// @tparam kPerLane elements of a thread
-template <unsigned kEach, class T>
+template <unsigned kPerLane, class T>
 __global__ void __launch_bounds__(kScanThreads) scanInBlock(const T* in, T* out, unsigned count)
 {
     constexpr unsigned kAll = 0xffffffffu;
     __shared__ T totals[kScanThreads / 32];
     const unsigned warp = threadIdx.x / 32;
     const unsigned lane = threadIdx.x % 32;
-    const unsigned begin = 32 * kEach * warp + lane;
-    T sums[kEach];
+    const unsigned begin = 32 * kPerLane * warp + lane;
+    T sums[kPerLane];
 #pragma unroll
-    for (unsigned k = 0; k < kEach; ++k)
+    for (unsigned k = 0; k < kPerLane; ++k)
         sums[k] = begin + 32 * k < count ? in[begin + 32 * k] : T{};
     T total = 0;
 #pragma unroll
-    for (unsigned k = 0; k < kEach; ++k)
+    for (unsigned k = 0; k < kPerLane; ++k)
     {
         const T upTo = sumUpToLane(sums[k]);
         sums[k] = total + upTo - sums[k];
@@ -44,7 +44,7 @@ __global__ void __launch_bounds__(kScanThreads) scanInBlock(const T* in, T* out,
     const T upToWarp = sumUpToLane(totals[lane]);
     const T before = __shfl_sync(kAll, upToWarp, static_cast<int>(warp)) - total;
 #pragma unroll
-    for (unsigned k = 0; k < kEach; ++k)
+    for (unsigned k = 0; k < kPerLane; ++k)
     {
         if (begin + 32 * k < count)
             out[begin + 32 * k] = before + sums[k];

@@ -16,32 +16,32 @@ inline constexpr unsigned kMostThreads = 256;  ///< of a block of runStep()
 /// Blocks per multiprocessor: more warps to hide latency, fewer registers. Turing's holds 1,024 threads, later ones
 /// 1,536 and more.
 #if defined(__CUDA_ARCH__) && __CUDA_ARCH__ < 800
-inline constexpr unsigned kTogetherBlocks = 8;
-inline constexpr unsigned kGroupedBlocks = 8;
+inline constexpr unsigned kAppendWarpBlocks = 8;
+inline constexpr unsigned kWarpStepBlocks = 8;
 #else
-inline constexpr unsigned kTogetherBlocks = 12;
-inline constexpr unsigned kGroupedBlocks = 10;
+inline constexpr unsigned kAppendWarpBlocks = 12;
+inline constexpr unsigned kWarpStepBlocks = 10;
 #endif
 /// Fewer blocks, and so more registers, where all blocks of a small world run at once.
-inline constexpr unsigned kDealtBlocks = 8;
+inline constexpr unsigned kBinSlotBlocks = 8;
 /// Capacity of the buffer of a warp, in pairs: a larger one needs fewer atomics, and leaves less L1 cache.
-inline constexpr unsigned kPairsOfRows = 192;
-inline constexpr unsigned kPairsOfGroups = 192;
+inline constexpr unsigned kPairsOfAppendWarp = 192;
+inline constexpr unsigned kPairsOfWarpStep = 192;
 inline constexpr unsigned kWarpBuffer = 384;  ///< capacity of the buffer of a warp, in pairs
 
 /// Whether a launch after the step may start early, as declared by the step.
 template <class Step, class = void>
-inline constexpr bool kLetsNextStart = false;
+inline constexpr bool kTriggersDependentLaunch = false;
 template <class Step>
-inline constexpr bool kLetsNextStart<Step, std::void_t<decltype(Step::kLetsNextStart)>> =
-    Step::kLetsNextStart;
+inline constexpr bool kTriggersDependentLaunch<Step, std::void_t<decltype(Step::kTriggersDependentLaunch)>> =
+    Step::kTriggersDependentLaunch;
 
 template <class Step>
 __global__ void __launch_bounds__(kMostThreads)
     runStep(std::uint64_t begin, std::uint64_t end, const Step step)
 {
-    if constexpr (kLetsNextStart<Step>)
-        letNextStart();
+    if constexpr (kTriggersDependentLaunch<Step>)
+        triggerDependentLaunch();
     const std::uint64_t i = begin + static_cast<std::uint64_t>(blockIdx.x) * blockDim.x + threadIdx.x;
     if (i < end)
         step(i);
@@ -68,7 +68,7 @@ struct WarpEmitter
 
 template <class Step>
 __global__ void __launch_bounds__(kEmitThreads)
-    runEmittingStep(std::uint64_t end, const Step step, const PairList list)
+    runAppend(std::uint64_t end, const Step step, const PairList list)
 {
     __shared__ alignas(8) RowPair buffers[kEmitThreads / 32][kWarpBuffer];
     __shared__ unsigned counts[kEmitThreads / 32];
@@ -85,15 +85,15 @@ __global__ void __launch_bounds__(kEmitThreads)
 
     const unsigned count = counts[warp] < kWarpBuffer ? counts[warp] : kWarpBuffer;
     if (count != 0)
-        appendTogether(list, count,
-                       [&](unsigned k) { return reinterpret_cast<const uint2*>(buffers[warp])[k]; });
+        appendByWarp(list, count,
+                     [&](unsigned k) { return reinterpret_cast<const uint2*>(buffers[warp])[k]; });
 }
 
 template <class Step>
-__global__ void __launch_bounds__(kEmitThreads, kTogetherBlocks)
-    runTogether(std::uint64_t end, const Step step, const PairList list)
+__global__ void __launch_bounds__(kEmitThreads, kAppendWarpBlocks)
+    runAppendWarp(std::uint64_t end, const Step step, const PairList list)
 {
-    using Emitter = KeepingEmitter<kPairsOfRows>;
+    using Emitter = BufferedEmitter<kPairsOfAppendWarp>;
     __shared__ alignas(8) RowPair buffers[kEmitThreads / 32][Emitter::kRoom];
     __shared__ std::uint32_t kept[Emitter::kMostKept * kEmitThreads];
     Emitter emit(buffers[threadIdx.x / 32], kept, list);
@@ -107,27 +107,27 @@ __global__ void __launch_bounds__(kEmitThreads, kTogetherBlocks)
 ///
 /// @tparam kPerLane indices of a lane, 32 apart. The buffer of a warp holds as many pairs of the first list; the
 ///     second list usually gets few pairs.
-template <unsigned kEach, class Step>
-__global__ void __launch_bounds__(kEmitThreads, kTogetherBlocks)
-    runParted(std::uint64_t end, const Step step, const DepthList first, const PairList second)
+template <unsigned kPerLane, class Step>
+__global__ void __launch_bounds__(kEmitThreads, kAppendWarpBlocks)
+    runPartition(std::uint64_t end, const Step step, const DepthList first, const PairList second)
 {
     constexpr unsigned kWarps = kEmitThreads / 32;
-    using First = TogetherEmitter<32 * (kEach == 1 ? 2 : kEach), DepthList>;
-    using Second = TogetherEmitter<64>;
+    using First = BallotEmitter<32 * (kPerLane == 1 ? 2 : kPerLane), DepthList>;
+    using Second = BallotEmitter<64>;
     __shared__ alignas(8) RowPair ofFirst[kWarps][First::kSlots];
     __shared__ alignas(8) RowPair ofSecond[kWarps][Second::kRoom];
     First toFirst(ofFirst[threadIdx.x / 32], first);
     Second toSecond(ofSecond[threadIdx.x / 32], second);
     const std::uint64_t warp = (static_cast<std::uint64_t>(blockIdx.x) * kEmitThreads + threadIdx.x) / 32;
-    std::uint64_t i = 32 * kEach * warp + threadIdx.x % 32;
+    std::uint64_t i = 32 * kPerLane * warp + threadIdx.x % 32;
     const auto read = [&] { return i < end ? step.read(i) : DepthPair{}; };
     DepthPair next = read();
 #pragma unroll 1
-    for (unsigned k = 0; k < kEach; ++k)
+    for (unsigned k = 0; k < kPerLane; ++k)
     {
         const DepthPair item = next;
         i += 32;
-        if (k + 1 < kEach)
+        if (k + 1 < kPerLane)
             next = read();
         step(item, toFirst, toSecond);
     }
@@ -135,19 +135,22 @@ __global__ void __launch_bounds__(kEmitThreads, kTogetherBlocks)
     toSecond.finish();
 }
 
-using GroupedPairs = TogetherEmitter<kPairsOfGroups>;
+using WarpStepPairs = BallotEmitter<kPairsOfWarpStep>;
 
 /// The emitter of steps whose lanes cooperate.
-template <class Room>
-struct GroupEmitter : GroupedPairs
+template <class Scratch>
+struct WarpStepEmitter : WarpStepPairs
 {
     static constexpr std::uint32_t kLanes = 32;
 
-    Room* shared;  ///< scratch memory of the warp
+    Scratch* shared;  ///< scratch memory of the warp
 
-    __device__ GroupEmitter(const GroupedPairs& emitter, Room* room) : GroupedPairs(emitter), shared(room) {}
+    __device__ WarpStepEmitter(const WarpStepPairs& emitter, Scratch* scratch)
+        : WarpStepPairs(emitter), shared(scratch)
+    {
+    }
 
-    __device__ Room& room() const { return *shared; }
+    __device__ Scratch& scratch() const { return *shared; }
     __device__ std::uint32_t lane() const { return threadIdx.x % kLanes; }
     __device__ void sync() const { __syncwarp(); }
     __device__ std::uint32_t ballot(bool isMine) const { return __ballot_sync(kAll, isMine); }
@@ -183,18 +186,18 @@ struct GroupEmitter : GroupedPairs
         const unsigned count = __popc(bits);
         const unsigned upTo = sumUpToLane(count);
         const unsigned total = __shfl_sync(kAll, upTo, 31);
-        if (held + total > kRoom)
+        if (bufferedCount + total > kRoom)
             finish();
         if (total > kRoom)
             return appendInTurn(bits, pairAt);
-        std::uint32_t to = buffer + sizeof(RowPair) * (held + upTo - count);
+        std::uint32_t to = buffer + sizeof(RowPair) * (bufferedCount + upTo - count);
         for (; bits != 0; to += sizeof(RowPair))
         {
             const unsigned k = 31u - __clz(bits);
             storeShared(to, pairAt(k));
             bits ^= 1u << k;
         }
-        held += total;
+        bufferedCount += total;
     }
 
 private:
@@ -228,13 +231,13 @@ private:
 };
 
 template <class Step>
-__global__ void __launch_bounds__(kEmitThreads, kGroupedBlocks)
-    runGrouped(std::uint64_t end, const Step step, const PairList list)
+__global__ void __launch_bounds__(kEmitThreads, kWarpStepBlocks)
+    runWarp(std::uint64_t end, const Step step, const PairList list)
 {
-    using Room = typename Step::Room;
-    __shared__ alignas(8) RowPair buffers[kEmitThreads / 32][GroupedPairs::kRoom];
-    __shared__ Room rooms[kEmitThreads / 32];
-    GroupEmitter<Room> emit({buffers[threadIdx.x / 32], list}, &rooms[threadIdx.x / 32]);
+    using Scratch = typename Step::Scratch;
+    __shared__ alignas(8) RowPair buffers[kEmitThreads / 32][WarpStepPairs::kRoom];
+    __shared__ Scratch scratches[kEmitThreads / 32];
+    WarpStepEmitter<Scratch> emit({buffers[threadIdx.x / 32], list}, &scratches[threadIdx.x / 32]);
     const std::uint64_t i = static_cast<std::uint64_t>(blockIdx.x) * kEmitThreads + threadIdx.x;
     step(i, i < end, emit);
     emit.finish();
@@ -243,14 +246,14 @@ __global__ void __launch_bounds__(kEmitThreads, kGroupedBlocks)
 /// As runAppendWarp(), for bins: a block distributes the slots of its bins over its lanes. Most bins have no record
 /// or one, and lanes with a bin each would wait for those with more.
 template <std::uint32_t kSharers, class Step>
-__global__ void __launch_bounds__(kEmitThreads, kDealtBlocks)
-    runDealt(std::uint32_t bins, const Step step, const PairList list)
+__global__ void __launch_bounds__(kEmitThreads, kBinSlotBlocks)
+    runBinSlots(std::uint32_t bins, const Step step, const PairList list)
 {
     constexpr unsigned kBins = kEmitThreads / kSharers;
     constexpr unsigned kSlots = 16;  // a power of two: the bin and the slot are bits of a number
     static_assert(Step::kMostRoom <= kSlots, "a bin has more slots than there are numbers for");
-    __shared__ alignas(8) RowPair buffers[kEmitThreads / 32][KeepingEmitter<>::kRoom];
-    __shared__ std::uint32_t kept[KeepingEmitter<>::kMostKept * kEmitThreads];
+    __shared__ alignas(8) RowPair buffers[kEmitThreads / 32][BufferedEmitter<>::kRoom];
+    __shared__ std::uint32_t kept[BufferedEmitter<>::kMostKept * kEmitThreads];
     __shared__ std::uint16_t slots[kBins * Step::kMostRoom];
     __shared__ std::uint32_t slotCount;
     const std::uint32_t firstBin = blockIdx.x * kBins;
@@ -261,8 +264,8 @@ __global__ void __launch_bounds__(kEmitThreads, kDealtBlocks)
     if (isBin)
         step.clear(bin);
     __syncthreads();
-    awaitBefore();
-    KeepingEmitter<> emit(buffers[threadIdx.x / 32], kept, list);
+    syncGridDependency();
+    BufferedEmitter<> emit(buffers[threadIdx.x / 32], kept, list);
 
     // In any order: a scan would take more instructions, and each warp executes only some hundred.
     const std::uint32_t count = isBin ? step.countOf(bin) : 0;

@@ -20,7 +20,7 @@ public:
     __device__ explicit SharedMemory(unsigned char* bytes) : m_bytes(bytes) {}
 
     template <class T>
-    __device__ T* take(std::uint32_t count)
+    __device__ T* allocate(std::uint32_t count)
     {
         T* begin = reinterpret_cast<T*>(m_bytes);
         m_bytes += bytesOf<T>(count);
@@ -58,17 +58,17 @@ public:
     {
         return SharedMemory::bytesOf<std::uint8_t>(kStepBytes) +
                2 * SharedMemory::bytesOf<std::uint32_t>(tiles) + SharedMemory::bytesOf<std::uint32_t>(2) +
-               SharedMemory::bytesOf<Extra>(kBoxes) + SharedMemory::bytesOf<RowRecord>(kBoxes);
+               SharedMemory::bytesOf<Extra>(kBoxes) + SharedMemory::bytesOf<SortRecord>(kBoxes);
     }
 
     __device__ TilePlacing(const PlaceInTiles& placing, SharedMemory memory)
         : m_step(placing),
-          m_ofStep(memory.take<std::uint8_t>(kStepBytes)),
-          m_counts(memory.take<std::uint32_t>(placing.shape.tiles)),
-          m_bases(memory.take<std::uint32_t>(placing.shape.tiles)),
-          m_found(memory.take<std::uint32_t>(2)),
-          m_extras(memory.take<Extra>(kBoxes)),
-          m_wide(memory.take<RowRecord>(kBoxes))
+          m_ofStep(memory.allocate<std::uint8_t>(kStepBytes)),
+          m_counts(memory.allocate<std::uint32_t>(placing.shape.tiles)),
+          m_bases(memory.allocate<std::uint32_t>(placing.shape.tiles)),
+          m_found(memory.allocate<std::uint32_t>(2)),
+          m_extras(memory.allocate<Extra>(kBoxes)),
+          m_wide(memory.allocate<SortRecord>(kBoxes))
     {
     }
 
@@ -76,7 +76,7 @@ public:
     {
         const TileSteps steps = m_step.plan->steps;
         const std::uint32_t tiles = m_step.shape.tiles;
-        RowRecord records[kPerThread];
+        SortRecord records[kPerThread];
         bool isTaken[kPerThread];
         load(records, isTaken);
         for (std::uint32_t k = threadIdx.x; k < kStepBytes / 4; k += kThreads)
@@ -103,7 +103,7 @@ private:
     static constexpr std::uint32_t kStepBytes = 3 * TileSteps::kPerAxis;
     static constexpr std::uint32_t kRankBits = 16;
 
-    __device__ void load(RowRecord (&records)[kPerThread], bool (&isTaken)[kPerThread]) const
+    __device__ void load(SortRecord (&records)[kPerThread], bool (&isTaken)[kPerThread]) const
     {
 #pragma unroll
         for (unsigned k = 0; k < kPerThread; ++k)
@@ -112,20 +112,21 @@ private:
             const Aabb box = loadBox(m_step.boxes, i < m_step.count ? i : m_step.count - 1);
             m_step.begin(i);
             const std::uint32_t mark = m_step.keepCopy(i, box);
-            isTaken[k] = i < m_step.count && m_step.takes(i, box);
-            records[k] = recordOf(box, unforeseen(m_step.plan->axes), static_cast<std::uint32_t>(i), mark);
+            isTaken[k] = i < m_step.count && m_step.accepts(i, box);
+            records[k] =
+                recordOf(box, hideFromCompiler(m_step.plan->axes), static_cast<std::uint32_t>(i), mark);
         }
     }
 
     /// The same axes, hidden from the compiler. It would otherwise generate a loop of thousands of instructions for
     /// each order of the axes.
-    __device__ static Axes unforeseen(Axes axes)
+    __device__ static Axes hideFromCompiler(Axes axes)
     {
         asm volatile("" : "+r"(axes.s), "+r"(axes.u), "+r"(axes.v));
         return axes;
     }
 
-    __device__ void rank(const TileSteps& steps, const RowRecord (&records)[kPerThread],
+    __device__ void rank(const TileSteps& steps, const SortRecord (&records)[kPerThread],
                          const bool (&isTaken)[kPerThread], std::uint32_t (&places)[kPerThread])
     {
 #pragma unroll
@@ -159,7 +160,7 @@ private:
                              if (extra < kBoxes)
                                  m_extras[extra] = {rankIn(tile), wide << 3 | begins};
                              else
-                                 m_step.spill();
+                                 m_step.countOverflow();
                          });
     }
 
@@ -181,7 +182,7 @@ private:
         return base == kNoPlace ? kNoPlace : base + (ranked & ((1u << kRankBits) - 1));
     }
 
-    __device__ void store(const RowRecord (&records)[kPerThread],
+    __device__ void store(const SortRecord (&records)[kPerThread],
                           const std::uint32_t (&places)[kPerThread]) const
     {
 #pragma unroll
@@ -198,7 +199,7 @@ private:
             const std::uint32_t place = placeOf(extra.place);
             if (place == kNoPlace)
                 continue;
-            RowRecord record = m_wide[extra.code >> 3];
+            SortRecord record = m_wide[extra.code >> 3];
             record.back.bin = TileMark::with(record.back.bin, extra.code & kBeginsThere);
             m_step.records[place] = record;
         }
@@ -210,7 +211,7 @@ private:
     std::uint32_t* m_bases;   ///< [tiles] first place of the block's records
     std::uint32_t* m_found;   ///< number of boxes in several tiles, and of their further records
     Extra* m_extras;
-    RowRecord* m_wide;  ///< boxes in several tiles
+    SortRecord* m_wide;  ///< boxes in several tiles
 };
 
 /// Warps per multiprocessor, which limits the registers. Turing's holds 32, later ones 48 and more.
@@ -242,20 +243,20 @@ public:
         return SharedMemory::bytesOf<std::uint32_t>(words(shape.cells)) +
                SharedMemory::bytesOf<TileBox>(shape.room) + SharedMemory::bytesOf<std::uint16_t>(shape.room) +
                SharedMemory::bytesOf<std::uint32_t>(kWarps * kWordsPerWarp) +
-               SharedMemory::bytesOf<RowPair>(kWarps * TogetherEmitter<>::kRoom);
+               SharedMemory::bytesOf<RowPair>(kWarps * BallotEmitter<>::kRoom);
     }
 
     using Scan = cub::BlockScan<std::uint32_t, kThreads, cub::BLOCK_SCAN_WARP_SCANS>;
 
     __device__ TileSearching(const Step& searching, SharedMemory memory)
         : m_step(searching),
-          m_words(memory.take<std::uint32_t>(words(searching.shape.cells))),
-          m_boxes(memory.take<TileBox>(searching.shape.room)),
-          m_ids(memory.take<std::uint16_t>(searching.shape.room)),
-          m_ranges(memory.take<std::uint32_t>(kWarps * kWordsPerWarp) + threadIdx.x / 32 * kWordsPerWarp),
+          m_words(memory.allocate<std::uint32_t>(words(searching.shape.cells))),
+          m_boxes(memory.allocate<TileBox>(searching.shape.room)),
+          m_ids(memory.allocate<std::uint16_t>(searching.shape.room)),
+          m_ranges(memory.allocate<std::uint32_t>(kWarps * kWordsPerWarp) + threadIdx.x / 32 * kWordsPerWarp),
           m_hits(m_ranges + kRangeWords),
-          m_pairs(memory.take<RowPair>(kWarps * TogetherEmitter<>::kRoom) +
-                  threadIdx.x / 32 * TogetherEmitter<>::kRoom),
+          m_pairs(memory.allocate<RowPair>(kWarps * BallotEmitter<>::kRoom) +
+                  threadIdx.x / 32 * BallotEmitter<>::kRoom),
           m_records(searching.recordsOf(blockIdx.x))
     {
     }
@@ -263,19 +264,19 @@ public:
     __device__ void operator()(const PairList& list, typename Scan::TempStorage& scratch)
     {
         const std::uint32_t tile = blockIdx.x;
-        TogetherEmitter<> emit(m_pairs, list);
+        BallotEmitter<> emit(m_pairs, list);
         if (threadIdx.x == 0)
             m_step.begin(tile);
         const auto counts = m_step.countsOf(tile);
         const TileFrame frame(*m_step.plan, tile);
         sort(frame, counts.boxes, scratch);
         search(frame, counts.boxes, emit);
-        if (counts.sides != 0)
+        if (counts.unboundedCount != 0)
         {
             for (std::uint32_t k = threadIdx.x; k < counts.boxes; k += kThreads)
-                m_step.searchSides(m_records[k], counts.sides, emit);
+                m_step.testAgainstUnbounded(m_records[k], counts.unboundedCount, emit);
             if (threadIdx.x == 0)
-                m_step.searchAmongSides(tile, counts.sides, emit);
+                m_step.searchAmongUnbounded(tile, counts.unboundedCount, emit);
         }
         __syncwarp();
         emit.finish();
@@ -316,7 +317,7 @@ private:
             const std::uint32_t i = k * kThreads + threadIdx.x;
             if (i >= count)
                 continue;
-            const RowRecord record = m_records[i];
+            const SortRecord record = m_records[i];
             const std::uint32_t slot = starts()[ranked[k] >> 16] + (ranked[k] & 0xffffu);
             m_boxes[slot] = {frame.lowCorner(record), frame.highCorner(record)};
             m_ids[slot] = static_cast<std::uint16_t>(i | TileMark::begins(record.back.bin) << kBeginsShift);
@@ -353,12 +354,12 @@ private:
         }
     }
 
-    __device__ void search(const TileFrame& frame, std::uint32_t count, TogetherEmitter<>& emit)
+    __device__ void search(const TileFrame& frame, std::uint32_t count, BallotEmitter<>& emit)
     {
         const std::uint32_t reach[3] = {m_step.plan->reach[0], m_step.plan->reach[1], m_step.plan->reach[2]};
-        const auto entryTest = m_step.partners.isNew.ready();
+        const auto entryTest = m_step.partners.isNew.preloaded();
         const unsigned lane = threadIdx.x % 32;
-        std::uint32_t held = 0;
+        std::uint32_t bufferedCount = 0;
         for (std::uint32_t base = threadIdx.x - lane; base < count; base += kThreads)
         {
             const std::uint32_t slot = base + lane;
@@ -380,17 +381,17 @@ private:
                 const bool isTest = k < end;
                 if (!emit.any(isTest))
                     break;
-                keepHit(isTest && self.mayMeet(m_boxes[k]), slot << 16 | k, held);
-                if (held >= 32)
+                keepHit(isTest && self.mayMeet(m_boxes[k]), slot << 16 | k, bufferedCount);
+                if (bufferedCount >= 32)
                 {
                     report(32, entryTest, emit);
-                    dropHits(held);
+                    dropHits(bufferedCount);
                 }
                 ++k;
             }
         }
-        if (emit.any(held != 0))
-            report(held, entryTest, emit);
+        if (emit.any(bufferedCount != 0))
+            report(bufferedCount, entryTest, emit);
     }
 
     /// Stores the non-empty ranges of a lane.
@@ -408,29 +409,29 @@ private:
         return filled;
     }
 
-    __device__ void keepHit(bool isHit, std::uint32_t hit, std::uint32_t& held)
+    __device__ void keepHit(bool isHit, std::uint32_t hit, std::uint32_t& bufferedCount)
     {
         const unsigned lanes = __ballot_sync(kAll, isHit);
         if (isHit)
-            m_hits[held + __popc(lanes & ((1u << threadIdx.x % 32) - 1u))] = hit;
-        held += __popc(lanes);
+            m_hits[bufferedCount + __popc(lanes & ((1u << threadIdx.x % 32) - 1u))] = hit;
+        bufferedCount += __popc(lanes);
     }
 
     /// Removes the first 32 hits.
-    __device__ void dropHits(std::uint32_t& held)
+    __device__ void dropHits(std::uint32_t& bufferedCount)
     {
         const unsigned lane = threadIdx.x % 32;
-        held -= 32;
-        const std::uint32_t rest = lane < held ? m_hits[32 + lane] : 0;
+        bufferedCount -= 32;
+        const std::uint32_t rest = lane < bufferedCount ? m_hits[32 + lane] : 0;
         __syncwarp();
-        if (lane < held)
+        if (lane < bufferedCount)
             m_hits[lane] = rest;
         __syncwarp();
     }
 
     /// Appends the pairs among the first hits of the queue.
     template <class Test>
-    __device__ void report(std::uint32_t hits, const Test& entryTest, TogetherEmitter<>& emit) const
+    __device__ void report(std::uint32_t hits, const Test& entryTest, BallotEmitter<>& emit) const
     {
         __syncwarp();
         const unsigned lane = threadIdx.x % 32;
@@ -443,8 +444,8 @@ private:
             const std::uint32_t b = m_ids[m_hits[lane] & 0xffffu];
             if ((a | b) >> kBeginsShift == kBeginsThere)
             {
-                const RowRecord first = m_records[a & kNumber];
-                const RowRecord second = m_records[b & kNumber];
+                const SortRecord first = m_records[a & kNumber];
+                const SortRecord second = m_records[b & kNumber];
                 pair = {first.back.row, second.back.row};
                 isPair = m_step.reports(first, second, entryTest);
             }
@@ -454,13 +455,13 @@ private:
     }
 
     const Step& m_step;
-    std::uint32_t* m_words;      ///< counts of the cells, later their first boxes: two per word
-    TileBox* m_boxes;            ///< sorted by cell
-    std::uint16_t* m_ids;        ///< index of each box's record, and axes along which it begins in the tile
-    std::uint32_t* m_ranges;     ///< of the warp: kCount for each lane, 32 apart
-    std::uint32_t* m_hits;       ///< of the warp: two slots each
-    RowPair* m_pairs;            ///< of the warp
-    const RowRecord* m_records;  ///< of the tile
+    std::uint32_t* m_words;       ///< counts of the cells, later their first boxes: two per word
+    TileBox* m_boxes;             ///< sorted by cell
+    std::uint16_t* m_ids;         ///< index of each box's record, and axes along which it begins in the tile
+    std::uint32_t* m_ranges;      ///< of the warp: kCount for each lane, 32 apart
+    std::uint32_t* m_hits;        ///< of the warp: two slots each
+    RowPair* m_pairs;             ///< of the warp
+    const SortRecord* m_records;  ///< of the tile
 };
 
 template <class Step, unsigned kThreads, unsigned kPerThread>

@@ -32,13 +32,13 @@ public:
     /// Begins a series of parts. They do not wait for earlier work on `user`, unless they use that stream itself.
     ///
     /// @param hasOwnStream false: the parts use `user` itself, which costs no events
-    void begin(cudaStream_t user, bool isApart)
+    void begin(cudaStream_t user, bool hasOwnStream)
     {
         m_count = 0;
-        m_isApart = isApart;
-        if (isApart && m_own == nullptr)
+        m_hasOwnStream = hasOwnStream;
+        if (hasOwnStream && m_own == nullptr)
             CULLET_CUDA_TRY(cudaStreamCreateWithFlags(&m_own, cudaStreamNonBlocking));
-        m_stream = isApart ? m_own : user;
+        m_stream = hasOwnStream ? m_own : user;
     }
 
     /// The stream on which the next part is to be copied.
@@ -47,14 +47,14 @@ public:
     /// Marks the end of a part, after its copy has been enqueued.
     void end()
     {
-        if (m_isApart)
+        if (m_hasOwnStream)
             record(m_own);
     }
 
     /// Makes all later work on `user` wait for that part.
     void await(cudaStream_t user, std::uint64_t part)
     {
-        if (m_isApart)
+        if (m_hasOwnStream)
             CULLET_CUDA_TRY(cudaStreamWaitEvent(user, m_events[part], 0));
     }
 
@@ -80,7 +80,7 @@ private:
 
     cudaStream_t m_own = nullptr;
     cudaStream_t m_stream = nullptr;
-    bool m_isApart = false;
+    bool m_hasOwnStream = false;
     std::vector<cudaEvent_t> m_events;  ///< one per part
     std::size_t m_count = 0;            ///< recorded since begin()
 };

@@ -21,7 +21,7 @@ constexpr int kOldestArchitecture = CULLET_CUDA_OLDEST_ARCHITECTURE;
 int deviceCount(std::string* reason)
 {
     int count = 0;
-    cudaError_t error = CULLET_CUDA_ASK(cudaGetDeviceCount(&count));
+    cudaError_t error = CULLET_CUDA_RESULT(cudaGetDeviceCount(&count));
     if (error == cudaSuccess && count == 0)
         error = cudaErrorNoDevice;
     if (error == cudaSuccess)
@@ -40,7 +40,7 @@ bool isUsable(int device, std::string* reason)
     int minor = 0;
     int mode = cudaComputeModeDefault;
     const auto read = [device](int* value, cudaDeviceAttr attribute)
-    { return CULLET_CUDA_ASK(cudaDeviceGetAttribute(value, attribute, device)) == cudaSuccess; };
+    { return CULLET_CUDA_RESULT(cudaDeviceGetAttribute(value, attribute, device)) == cudaSuccess; };
     if (read(&major, cudaDevAttrComputeCapabilityMajor) && read(&minor, cudaDevAttrComputeCapabilityMinor) &&
         read(&mode, cudaDevAttrComputeMode))
         *reason = whyRefused(device, {10 * major + minor, mode}, kOldestArchitecture);

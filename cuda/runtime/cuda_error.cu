@@ -44,7 +44,7 @@ bool hasCudaFaultHappened() noexcept
     return hasHappened;
 }
 
-cudaError_t takeCudaFault() noexcept
+cudaError_t nextCudaFault() noexcept
 {
     const cudaError_t fault = faultOf(callCount.fetch_add(1, std::memory_order_relaxed));
     if (fault != cudaSuccess)

@@ -18,13 +18,13 @@ struct DeviceMemory
 {
     static constexpr std::size_t kAlignment = 256;
 
-    static void* take(std::uint64_t bytes)
+    static void* allocateBytes(std::uint64_t bytes)
     {
         void* memory = nullptr;
         CULLET_CUDA_TRY(cudaMalloc(&memory, bytes));
         return memory;
     }
-    static void giveBack(void* memory) noexcept
+    static void deallocate(void* memory) noexcept
     {
         cudaFree(memory);
         cudaGetLastError();
@@ -36,13 +36,13 @@ struct PinnedMemory
 {
     static constexpr std::size_t kAlignment = 256;
 
-    static void* take(std::uint64_t bytes)
+    static void* allocateBytes(std::uint64_t bytes)
     {
         void* memory = nullptr;
         CULLET_CUDA_TRY(cudaMallocHost(&memory, bytes));
         return memory;
     }
-    static void giveBack(void* memory) noexcept
+    static void deallocate(void* memory) noexcept
     {
         cudaFreeHost(memory);
         cudaGetLastError();

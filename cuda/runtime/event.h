@@ -30,7 +30,7 @@ public:
     }
     void wait() { CULLET_CUDA_TRY(cudaEventSynchronize(m_event)); }
     /// Makes all later work on that stream wait for this point.
-    void holdUp(cudaStream_t stream) { CULLET_CUDA_TRY(cudaStreamWaitEvent(stream, m_event, 0)); }
+    void makeStreamWait(cudaStream_t stream) { CULLET_CUDA_TRY(cudaStreamWaitEvent(stream, m_event, 0)); }
 
 private:
     cudaEvent_t m_event = nullptr;

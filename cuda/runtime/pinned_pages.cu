@@ -30,7 +30,7 @@ public:
         if (known != m_locks.end())
             forget(known);
         Lock& lock = m_locks.emplace(memory, Lock{bytes, false}).first->second;
-        lock.isLocked = CULLET_CUDA_ASK(cudaHostRegister(
+        lock.isLocked = CULLET_CUDA_RESULT(cudaHostRegister(
                             const_cast<void*>(memory), bytes,
                             cudaHostRegisterPortable | cudaHostRegisterMapped)) == cudaSuccess;
         cudaGetLastError();

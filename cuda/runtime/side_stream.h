@@ -29,7 +29,7 @@ public:
     void fork(cudaStream_t user)
     {
         m_fork.record(user);
-        m_fork.holdUp(m_own);
+        m_fork.makeStreamWait(m_own);
     }
 
     /// Makes all later work on `user` wait for all earlier work on this stream.
@@ -38,7 +38,7 @@ public:
         if (m_own == nullptr)
             CULLET_CUDA_TRY(cudaStreamCreateWithFlags(&m_own, cudaStreamNonBlocking));
         m_join.record(m_own);
-        m_join.holdUp(user);
+        m_join.makeStreamWait(user);
     }
 
     cudaStream_t stream() const { return m_own; }
@@ -46,7 +46,7 @@ public:
     /// Whether all work on this stream is complete.
     bool isDone() const
     {
-        const cudaError_t state = CULLET_CUDA_ASK(cudaStreamQuery(m_own));
+        const cudaError_t state = CULLET_CUDA_RESULT(cudaStreamQuery(m_own));
         if (state != cudaErrorNotReady)
             throwIfFailed(state, "cudaStreamQuery");
         cudaGetLastError();

@@ -55,7 +55,7 @@ public:
 
     /// The durations of the stages since the last call, each up to the beginning of the next one. Waits for the last
     /// one.
-    void take(Array<StageTime>& stages)
+    void collect(Array<StageTime>& stages)
     {
         stages.clear();
         if (!m_names.empty())

@@ -22,8 +22,8 @@ inline namespace CULLET_PRECISION
 namespace
 {
 constexpr std::uint32_t kManyBodies = 200000;
-constexpr std::uint32_t kMostExactlyChecked = 150000;
-constexpr int kFewestTimedFrames = 3;
+constexpr std::uint32_t kMaxExactlyChecked = 150000;
+constexpr int kMinTimedFrames = 3;
 
 /// A backend under measurement and its results so far.
 struct Runner
@@ -46,10 +46,10 @@ struct Runner
 };
 
 /// The reference pairs of one frame.
-class Referee
+class ReferencePairs
 {
 public:
-    explicit Referee(const BroadCase& benchCase) : m_case(benchCase) {}
+    explicit ReferencePairs(const BroadCase& benchCase) : m_case(benchCase) {}
 
     void startFrame(int frame)
     {
@@ -64,7 +64,7 @@ public:
         ++runner.checks;
         if (!m_expected)
         {
-            m_judge = isExact() ? "exact" : runner.request.name;
+            m_referenceName = isExact() ? "exact" : runner.request.name;
             m_expected = isExact() ? exactDigest(boxes) : runner.digest;
         }
         if (*m_expected == runner.digest)
@@ -76,12 +76,12 @@ public:
         }
         throw ProgramError(kExitDisagreement,
                            "pairs disagree in frame " + std::to_string(m_frame) + " of " + m_case.scene +
-                               " with " + std::to_string(m_case.bodies) + " bodies: " + m_judge + " has " +
-                               std::to_string(m_expected->count) + ", " + runner.request.name + " has " +
-                               std::to_string(runner.digest.count));
+                               " with " + std::to_string(m_case.bodies) + " bodies: " + m_referenceName +
+                               " has " + std::to_string(m_expected->count) + ", " + runner.request.name +
+                               " has " + std::to_string(runner.digest.count));
     }
 
-    bool isExact() const { return m_case.bodies <= kMostExactlyChecked; }
+    bool isExact() const { return m_case.bodies <= kMaxExactlyChecked; }
 
 private:
     static PairDigest exactDigest(const std::vector<Aabb>& boxes)
@@ -98,7 +98,7 @@ private:
 
     const BroadCase& m_case;
     int m_frame = 0;
-    std::string m_judge;
+    std::string m_referenceName;
     std::optional<PairDigest> m_expected;
 };
 
@@ -107,7 +107,7 @@ class FramesBench
 {
 public:
     FramesBench(const BroadCase& benchCase, BoxScene& scene)
-        : m_case(benchCase), m_options(benchCase.options), m_scene(scene), m_referee(benchCase)
+        : m_case(benchCase), m_options(benchCase.options), m_scene(scene), m_reference(benchCase)
     {
         const bool many = benchCase.bodies >= kManyBodies;
         m_timedFrames = m_options.frames > 0 ? m_options.frames : (many ? 10 : 12);
@@ -136,11 +136,11 @@ public:
     /// Advances the scene by a frame, if any backend still has frames to run.
     void runFrame()
     {
-        if (isOver())
+        if (isFinished())
             return;
         ++m_frame;
         m_scene.step();
-        m_referee.startFrame(m_frame);
+        m_reference.startFrame(m_frame);
         for (std::size_t i = 0; i < m_runners.size(); ++i)
         {
             Runner& runner = m_runners[(i + static_cast<std::size_t>(m_frame)) % m_runners.size()];
@@ -149,7 +149,7 @@ public:
         }
     }
 
-    bool isOver() const
+    bool isFinished() const
     {
         return std::all_of(m_runners.begin(), m_runners.end(), [this](const Runner& r) { return isDone(r); });
     }
@@ -177,7 +177,7 @@ private:
         const int timed = static_cast<int>(runner.wall.size());
         if (timed >= m_timedFrames)
             return true;
-        return timed >= kFewestTimedFrames && runner.spentMs > m_options.budget * 1e3;
+        return timed >= kMinTimedFrames && runner.spentMs > m_options.budget * 1e3;
     }
 
     bool isWarm(const Runner& runner) const
@@ -214,7 +214,7 @@ private:
             addFrameRow(runner, wall, cpu);
         const int frame = static_cast<int>(runner.wall.size());
         if (frame == 1 || frame == (m_timedFrames + 1) / 2 || isDone(runner))
-            m_referee.check(runner, m_scene.boxes());
+            m_reference.check(runner, m_scene.boxes());
     }
 
     Json rowOf(Runner& runner) const
@@ -231,7 +231,7 @@ private:
         row["create_ms"] = runner.createMs;
         row["checks"] = runner.checks;
         row["wrong_checks"] = runner.wrongChecks;
-        row["checked_against"] = m_referee.isExact() ? "exact" : "each other";
+        row["checked_against"] = m_reference.isExact() ? "exact" : "each other";
         addCounters(row, runner.counters);
         row["bytes_per_body"] = releaseAndMeasure(runner) / m_case.bodies;
         return row;
@@ -263,7 +263,7 @@ private:
     const BroadCase& m_case;
     const BroadOptions& m_options;
     BoxScene& m_scene;
-    Referee m_referee;
+    ReferencePairs m_reference;
     int m_frame = 0;
     int m_timedFrames;
     int m_warmFrames;
@@ -298,8 +298,8 @@ std::vector<std::vector<Json>> measureInTurn(std::vector<FramesCase>& cases)
     const BroadCase& first = cases.front().benchCase;
     Progress progress(first.scene + " " + std::to_string(first.bodies), benches.front()->framesPlanned(),
                       first.options.quiet);
-    const auto isOver = [](const auto& bench) { return bench->isOver(); };
-    while (!std::all_of(benches.begin(), benches.end(), isOver) && !isInterrupted())
+    const auto isFinished = [](const auto& bench) { return bench->isFinished(); };
+    while (!std::all_of(benches.begin(), benches.end(), isFinished) && !isInterrupted())
     {
         for (const auto& bench : benches)
             bench->runFrame();

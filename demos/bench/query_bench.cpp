@@ -135,8 +135,8 @@ std::vector<Query> makeQueries(std::uint32_t count, const ExactBox& bounds, std:
     return queries;
 }
 
-PairDigest askRays(btBroadphaseInterface& broadphase, const std::vector<Query>& queries, btScalar half,
-                   bool digest)
+PairDigest queryRays(btBroadphaseInterface& broadphase, const std::vector<Query>& queries, btScalar half,
+                     bool digest)
 {
     Hits hits;
     hits.wantsDigest = digest;
@@ -151,7 +151,7 @@ PairDigest askRays(btBroadphaseInterface& broadphase, const std::vector<Query>& 
     return hits.digest;
 }
 
-PairDigest askBoxes(btBroadphaseInterface& broadphase, const std::vector<Query>& queries, bool digest)
+PairDigest queryBoxes(btBroadphaseInterface& broadphase, const std::vector<Query>& queries, bool digest)
 {
     BoxHits hits;
     hits.wantsDigest = digest;
@@ -171,8 +171,8 @@ PairDigest askBoxes(btBroadphaseInterface& broadphase, const std::vector<Query>&
 PairDigest ask(btBroadphaseInterface& broadphase, Kind kind, const std::vector<Query>& queries, bool digest)
 {
     if (kind == Kind::Box)
-        return askBoxes(broadphase, queries, digest);
-    return askRays(broadphase, queries, kind == Kind::Sweep ? btScalar(kHalf) : btScalar(0), digest);
+        return queryBoxes(broadphase, queries, digest);
+    return queryRays(broadphase, queries, kind == Kind::Sweep ? btScalar(kHalf) : btScalar(0), digest);
 }
 
 struct QueryRunner

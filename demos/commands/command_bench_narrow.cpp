@@ -18,7 +18,7 @@ namespace
 /// Removes the libraries that this program was built without, with a message.
 ///
 /// @throws ProgramError (kExitUnavailable) if none remains
-void leaveOutMissing(std::vector<std::string>& algorithms)
+void removeMissing(std::vector<std::string>& algorithms)
 {
     std::string missing;
     for (const NarrowSubjectInfo& info : narrowSubjects())
@@ -39,7 +39,7 @@ void leaveOutMissing(std::vector<std::string>& algorithms)
 int benchNarrow(NarrowOptions options, const FileOptions& files)
 {
     requireReleaseBuild();
-    leaveOutMissing(options.algorithms);
+    removeMissing(options.algorithms);
     ResultFile file({{"command", "bench narrow"},
                      {"shape", options.shapes},
                      {"regime", options.regimes},

@@ -42,7 +42,7 @@ void parseSize(RenderOptions& options)
 {
     char after = 0;
     const int found = std::sscanf(options.size.c_str(), "%dx%d%c", &options.width, &options.height, &after);
-    const auto isFine = [](int pixels) { return pixels >= 16 && pixels <= Painter::kMostPixels; };
+    const auto isFine = [](int pixels) { return pixels >= 16 && pixels <= Painter::kMaxPixels; };
     if (found != 2 || !isFine(options.width) || !isFine(options.height))
         throw std::invalid_argument("--size takes WIDTHxHEIGHT, 16 to 4096 pixels each, not " + options.size);
 }
@@ -107,10 +107,10 @@ Film makeFilm(RenderOptions& options)
 
 void paintFrames(const RenderOptions& options, const Film& film, const std::string& folder)
 {
-    CameraWish wish = options.camera.empty() ? CameraWish() : parseCamera(options.camera);
-    wish.orbit = options.orbit;
+    CameraOptions cameraOptions = options.camera.empty() ? CameraOptions() : parseCamera(options.camera);
+    cameraOptions.orbit = options.orbit;
     Progress progress("frames", film.frames.size(), options.quiet);
-    paintFilm(film, options.width, options.height, wish,
+    paintFilm(film, options.width, options.height, cameraOptions,
               [&](const Image& image, std::size_t number)
               {
                   writePng(image, framePath(folder, number));

@@ -130,7 +130,7 @@ void printSentence(const Contenders& contenders)
         std::printf("%s (%s against %s, mean)\n", sentence.c_str(), last.title.c_str(), first.title.c_str());
 }
 
-void printWhat(const DropOptions& options, const DropResult& result)
+void printMeasured(const DropOptions& options, const DropResult& result)
 {
     std::printf("%s, %zu of %s%s, %s precision", countOf(result.bodies, "body", "bodies").c_str(),
                 commonSteps(result.contenders), countOf(options.steps, "step", "steps").c_str(),
@@ -149,7 +149,7 @@ void printReport(const DropOptions& options, const DropResult& result)
 {
     const Contenders common = withCommonSteps(result.contenders);
     printSentence(common);
-    printWhat(options, result);
+    printMeasured(options, result);
     printTimes(common);
     printEnd(result);
     printAudits(result);

@@ -67,19 +67,19 @@ constexpr double kFixedEdge = 3.0;
 
 Names backendsOfFigure10(std::uint32_t bodies, std::uint64_t seed)
 {
-    constexpr std::uint32_t kMostOnCpu = 1000000;
-    constexpr std::uint32_t kMostByThesisOnCpu = 216000;
-    constexpr std::uint32_t kMostByThesisOnGpu = 1000000;
+    constexpr std::uint32_t kMaxOnCpu = 1000000;
+    constexpr std::uint32_t kMaxByThesisOnCpu = 216000;
+    constexpr std::uint32_t kMaxByThesisOnGpu = 1000000;
     const double side = sideOf("W1", bodies, seed);
     Names names;
-    if (bodies <= kMostByThesisOnCpu)
+    if (bodies <= kMaxByThesisOnCpu)
         names.emplace_back("psap-thesis");
-    if (bodies <= kMostOnCpu)
+    if (bodies <= kMaxOnCpu)
         names.insert(names.end(), {cellsOfEdge("psap-cells:", side, kFixedEdge), "psap-literal", "psap"});
     names.emplace_back("grid");
     if (!hasCudaDevice())
         return names;
-    if (bodies <= kMostByThesisOnGpu)
+    if (bodies <= kMaxByThesisOnGpu)
         names.emplace_back("cuda-thesis");
     names.insert(names.end(), {cellsOfEdge("cuda-cells:", side, kFixedEdge), "cuda-literal", "cuda"});
     return names;
@@ -204,7 +204,7 @@ void measureCellSize(const FigureOptions& options, ResultFile& file)
 
 void measureScaling(const FigureOptions& options, ResultFile& file)
 {
-    constexpr std::uint32_t kMostThroughBullet = 1000000;
+    constexpr std::uint32_t kMaxThroughBullet = 1000000;
     const std::uint32_t mostForTree = options.quick ? 16000 : 256000;
     ResultFile measured({}, "", "");
     FigureClock clock(options, "scaling");
@@ -221,7 +221,7 @@ void measureScaling(const FigureOptions& options, ResultFile& file)
         broad.backends = {"grid"};
         if (bodies <= mostForTree)
             broad.backends.insert(broad.backends.end(), {"dbvt", "dbvt-deferred"});
-        if (bodies <= kMostThroughBullet)
+        if (bodies <= kMaxThroughBullet)
             measure(broad, "W1", bodies, measured);
     }
     addWithExponents(measured, file);

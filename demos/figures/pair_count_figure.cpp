@@ -21,8 +21,8 @@ constexpr double kBoxSide = 2.0;
 constexpr double kVolumePerBody = 32.0;  // of the scene W1
 /// The room's side: that of W1 with 64,000 bodies.
 const double kRoomSide = std::cbrt(kVolumePerBody * 64000);
-constexpr std::uint32_t kMostByBruteForce = 8000;
-constexpr std::uint32_t kMostInRoom = 512000;
+constexpr std::uint32_t kMaxByBruteForce = 8000;
+constexpr std::uint32_t kMaxInRoom = 512000;
 
 struct Expectation
 {
@@ -91,7 +91,7 @@ void measureBoxes(const std::string& scene, const std::vector<Aabb>& boxes, doub
     double milliseconds = 0.0;
     for (const char* backend : {"grid", "brute"})
     {
-        if (std::string(backend) == "brute" && boxes.size() > kMostByBruteForce)
+        if (std::string(backend) == "brute" && boxes.size() > kMaxByBruteForce)
             continue;
         const PairDigest digest = findPairs(backend, boxes, trace, milliseconds);
         const double deviations = (static_cast<double>(digest.count) - expected.mean) / expected.deviation;
@@ -130,7 +130,7 @@ void measureFigure12(const FigureOptions& options, ResultFile& file)
         const auto scene = findBoxScene("W1")->make({bodies, false, options.seed});
         measureBoxes("W1", scene->boxes(), std::cbrt(kVolumePerBody * bodies), options.trace, file);
         progress.show(++done);
-        if (bodies <= kMostInRoom)
+        if (bodies <= kMaxInRoom)
             measureBoxes("room", boxesInRoom(bodies, options.seed), kRoomSide, options.trace, file);
         progress.show(++done);
     }

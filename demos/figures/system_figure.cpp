@@ -92,7 +92,7 @@ public:
         const double broadTime = isOnGpu ? broad.wallMs() : broad.cpuMs();
         const auto middle = TraceFile::Clock::now();
         const Stopwatch narrow;
-        askAll(scene.boxes(), spheres);
+        queryAll(scene.boxes(), spheres);
         const double narrowTime = narrow.cpuMs();
         m_trace.add("broad", start, middle);
         m_trace.add("narrow", middle, TraceFile::Clock::now());
@@ -134,7 +134,7 @@ private:
         m_cachedPairs = m_pairs;
     }
 
-    void askAll(const std::vector<Aabb>& boxes, const Spheres& spheres)
+    void queryAll(const std::vector<Aabb>& boxes, const Spheres& spheres)
     {
         followPairs();
         touching = {};
@@ -195,9 +195,9 @@ void addRow(const System& system, const char* phase, const std::vector<double>& 
 
 std::deque<System> makeSystems(std::uint32_t bodies, TraceFile* trace)
 {
-    constexpr std::uint32_t kMostByThesis = 216000;
+    constexpr std::uint32_t kMaxByThesis = 216000;
     std::deque<System> systems;
-    if (bodies <= kMostByThesis)
+    if (bodies <= kMaxByThesis)
         systems.emplace_back(Configuration{"thesis", "psap-thesis", SupportMethod::Climb, false}, trace,
                              bodies);
     systems.emplace_back(Configuration{"cullet", "grid", SupportMethod::Automatic, true}, trace, bodies);

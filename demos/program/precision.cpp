@@ -13,7 +13,7 @@ namespace cullet
 {
 namespace
 {
-std::string findWantedPrecision(int argc, char** argv)
+std::string findRequestedPrecision(int argc, char** argv)
 {
     constexpr const char* kOption = "--precision";
     const std::size_t length = std::strlen(kOption);
@@ -49,7 +49,7 @@ std::string ownPrecision()
 
 void switchPrecision(int argc, char** argv)
 {
-    const std::string wanted = findWantedPrecision(argc, argv);
+    const std::string wanted = findRequestedPrecision(argc, argv);
     if (wanted == ownPrecision() || (wanted != "float" && wanted != "double"))
         return;
     std::error_code error;

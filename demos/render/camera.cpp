@@ -69,11 +69,11 @@ private:
 
     void collect(int rank)
     {
-        constexpr std::size_t kEnough = 400000;
+        constexpr std::size_t kMaxSamples = 400000;
         std::size_t changes = 0;
         for (const FilmFrame& frame : m_film.frames)
             changes += frame.changes.size();
-        const std::size_t stride = 1 + changes / kEnough;
+        const std::size_t stride = 1 + changes / kMaxSamples;
         std::size_t number = 0;
         for (const FilmFrame& frame : m_film.frames)
         {
@@ -157,47 +157,48 @@ float distanceFor(const std::vector<Ball>& balls, const Camera& camera, const Ei
 }
 }  // namespace
 
-CameraWish parseCamera(const std::vector<float>& numbers)
+CameraOptions parseCamera(const std::vector<float>& numbers)
 {
-    CameraWish wish;
+    CameraOptions cameraOptions;
     if (!std::all_of(numbers.begin(), numbers.end(), [](float number) { return std::isfinite(number); }))
         throw std::invalid_argument("--camera takes finite numbers");
     if (numbers.size() == 6)
     {
-        wish.fixed = numbers;
-        return wish;
+        cameraOptions.fixed = numbers;
+        return cameraOptions;
     }
     if (numbers.size() != 2 && numbers.size() != 3)
         throw std::invalid_argument("--camera takes YAW,PITCH[,ZOOM] or six numbers, the eye and the target");
-    wish.yaw = numbers[0];
-    wish.pitch = numbers[1];
-    wish.zoom = numbers.size() == 3 ? numbers[2] : 1;
-    if (!(std::abs(wish.pitch) < 90) || !(wish.zoom > 0))
+    cameraOptions.yaw = numbers[0];
+    cameraOptions.pitch = numbers[1];
+    cameraOptions.zoom = numbers.size() == 3 ? numbers[2] : 1;
+    if (!(std::abs(cameraOptions.pitch) < 90) || !(cameraOptions.zoom > 0))
         throw std::invalid_argument("--camera: the pitch is below 90 degrees and the zoom above 0");
-    return wish;
+    return cameraOptions;
 }
 
-std::vector<Camera> aimCameras(const Film& film, const CameraWish& wish, float aspect)
+std::vector<Camera> aimCameras(const Film& film, const CameraOptions& cameraOptions, float aspect)
 {
     const std::vector<Ball> balls = Subjects(film).balls;
     const Ball bounds = boundsOf(balls);
     Camera camera{bounds.centre, bounds.centre, film.up, 0.6f, bounds.radius};
     std::vector<Camera> cameras;
-    if (!wish.fixed.empty())
+    if (!cameraOptions.fixed.empty())
     {
-        camera.eye = {wish.fixed[0], wish.fixed[1], wish.fixed[2]};
-        camera.target = {wish.fixed[3], wish.fixed[4], wish.fixed[5]};
+        camera.eye = {cameraOptions.fixed[0], cameraOptions.fixed[1], cameraOptions.fixed[2]};
+        camera.target = {cameraOptions.fixed[3], cameraOptions.fixed[4], cameraOptions.fixed[5]};
         return std::vector<Camera>(film.frames.size(), camera);
     }
     float distance = 0;
     for (std::size_t frame = 0; frame < film.frames.size(); ++frame)
     {
         const float share = static_cast<float>(frame) / static_cast<float>(film.frames.size());
-        const Eigen::Vector3f toEye = directionTo(film.up, wish.yaw + wish.orbit * share, wish.pitch);
+        const Eigen::Vector3f toEye =
+            directionTo(film.up, cameraOptions.yaw + cameraOptions.orbit * share, cameraOptions.pitch);
         // An orbit at a constant distance: that of the first frame and an allowance.
         if (frame == 0)
-            distance =
-                distanceFor(balls, camera, toEye, aspect) * (wish.orbit == 0 ? 1.04f : 1.15f) / wish.zoom;
+            distance = distanceFor(balls, camera, toEye, aspect) *
+                       (cameraOptions.orbit == 0 ? 1.04f : 1.15f) / cameraOptions.zoom;
         camera.eye = camera.target + distance * toEye;
         cameras.push_back(camera);
     }

@@ -21,7 +21,7 @@ struct Camera
 };
 
 /// Parameters of an automatic camera.
-struct CameraWish
+struct CameraOptions
 {
     float yaw = 32;            ///< degrees around the up axis
     float pitch = 20;          ///< degrees above the horizon, below 90
@@ -33,11 +33,11 @@ struct CameraWish
 /// Numbers after `--camera`: YAW,PITCH[,ZOOM] or EYE,TARGET.
 ///
 /// @throws std::invalid_argument
-CameraWish parseCamera(const std::vector<float>& numbers);
+CameraOptions parseCamera(const std::vector<float>& numbers);
 
 /// Cameras, one for each frame, that show the bodies that move in a film, or all bodies if none moves.
 ///
 /// 1 in 100 positions of bodies may lie outside, so that a body that flies away does not spoil the picture.
 /// @param aspect width / height
-std::vector<Camera> aimCameras(const Film& film, const CameraWish& wish, float aspect);
+std::vector<Camera> aimCameras(const Film& film, const CameraOptions& cameraOptions, float aspect);
 }  // namespace cullet

@@ -81,7 +81,7 @@ struct Painter::Parts
     void drawShadows(const Eigen::Matrix4f& toShadow);
     void drawScene(const Camera& camera, const Eigen::Matrix4f& toScreen, const Eigen::Matrix4f& toShadow);
     void drawLines(const std::vector<FilmLine>& lines, const Eigen::Matrix4f& toScreen);
-    Image takeImage() const;
+    Image readImage() const;
 
     const Film& film;
     int width, height;  ///< in samples
@@ -310,7 +310,7 @@ void Painter::Parts::drawLines(const std::vector<FilmLine>& lines, const Eigen::
     glDisable(GL_BLEND);
 }
 
-Image Painter::Parts::takeImage() const
+Image Painter::Parts::readImage() const
 {
     glFinish();
     Image image{width, height, {}};
@@ -333,7 +333,7 @@ Image Painter::paint(const FilmFrame& frame, const FilmState& state, const Camer
     m->drawShadows(toShadow);
     m->drawScene(camera, toScreen, toShadow);
     m->drawLines(frame.lines, toScreen);
-    return m->takeImage();
+    return m->readImage();
 }
 
 bool hasPainter()

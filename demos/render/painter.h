@@ -21,7 +21,7 @@ namespace cullet
 class Painter
 {
 public:
-    static constexpr int kMostPixels = 4096;  ///< width and height of a picture
+    static constexpr int kMaxPixels = 4096;  ///< width and height of a picture
 
     /// @param film must outlive the painter
     /// @throws std::runtime_error if this build has no renderer, or it does not start
@@ -43,10 +43,10 @@ bool hasPainter();
 
 /// Paints all frames of a film; calls take(image, number of the frame).
 template <class Take>
-void paintFilm(const Film& film, int width, int height, const CameraWish& wish, Take take)
+void paintFilm(const Film& film, int width, int height, const CameraOptions& cameraOptions, Take take)
 {
     const std::vector<Camera> cameras =
-        aimCameras(film, wish, static_cast<float>(width) / static_cast<float>(height));
+        aimCameras(film, cameraOptions, static_cast<float>(width) / static_cast<float>(height));
     Painter painter(film, width, height);
     FilmState state(film);
     for (std::size_t number = 0; number < film.frames.size(); ++number)

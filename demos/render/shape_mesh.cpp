@@ -17,7 +17,7 @@ namespace
 constexpr int kSides = 24;
 constexpr int kDirections = 400;
 
-class TriangleTaker : public btTriangleCallback
+class TriangleCollector : public btTriangleCallback
 {
 public:
     void processTriangle(btVector3* corners, int, int) override
@@ -116,7 +116,7 @@ DrawMesh makeConvexMesh(const btConvexShape& shape)
 
 DrawMesh makeConcaveMesh(const btConcaveShape& shape)
 {
-    TriangleTaker taker;
+    TriangleCollector taker;
     const btVector3 far(BT_LARGE_FLOAT, BT_LARGE_FLOAT, BT_LARGE_FLOAT);
     shape.processAllTriangles(&taker, -far, far);
     return std::move(taker.mesh);

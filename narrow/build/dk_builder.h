@@ -43,7 +43,7 @@ private:
     static constexpr std::size_t kDegree = 8;
 
     /// The edge opposite to a vertex in one of its triangles, counter-clockwise.
-    struct Wing
+    struct OppositeEdge
     {
         std::int32_t from, to;
     };
@@ -54,26 +54,29 @@ private:
     };
 
     explicit DkBuilder(const std::vector<Eigen::Vector3d>& points)
-        : m_points(points), m_wings(points.size()), m_losses(points.size()), m_height(points.size(), 0)
+        : m_points(points),
+          m_oppositeEdges(points.size()),
+          m_losses(points.size()),
+          m_height(points.size(), 0)
     {
     }
 
     void add(const Triangle& t)
     {
         for (int k = 0; k < 3; ++k)
-            m_wings[t[k]].push_back({t[(k + 1) % 3], t[(k + 2) % 3]});
+            m_oppositeEdges[t[k]].push_back({t[(k + 1) % 3], t[(k + 2) % 3]});
     }
 
     DkHierarchy run()
     {
         for (std::int32_t v = 0; v < vertexCount(); ++v)
         {
-            if (!m_wings[v].empty())
-                m_alive.push_back(v);
+            if (!m_oppositeEdges[v].empty())
+                m_remaining.push_back(v);
         }
-        while (m_alive.size() > kTop && removeLevel())
+        while (m_remaining.size() > kTop && removeLevel())
             ++m_level;
-        for (const std::int32_t v : m_alive)
+        for (const std::int32_t v : m_remaining)
             m_height[v] = m_level;
         return store();
     }
@@ -83,14 +86,14 @@ private:
     {
         m_isLocked.assign(m_points.size(), false);
         std::vector<std::int32_t> rest;
-        for (const std::int32_t v : m_alive)
+        for (const std::int32_t v : m_remaining)
         {
-            if (m_isLocked[v] || m_wings[v].size() > kDegree || !remove(v))
+            if (m_isLocked[v] || m_oppositeEdges[v].size() > kDegree || !remove(v))
                 rest.push_back(v);
         }
-        const std::size_t before = m_alive.size();
-        m_alive.swap(rest);
-        return m_alive.size() < before;
+        const std::size_t before = m_remaining.size();
+        m_remaining.swap(rest);
+        return m_remaining.size() < before;
     }
 
     bool remove(std::int32_t v)
@@ -101,10 +104,10 @@ private:
             return false;
         for (const std::int32_t u : ring)
         {
-            std::vector<Wing>& wings = m_wings[u];
-            wings.erase(std::remove_if(wings.begin(), wings.end(),
-                                       [v](const Wing& w) { return w.from == v || w.to == v; }),
-                        wings.end());
+            std::vector<OppositeEdge>& opposite = m_oppositeEdges[u];
+            opposite.erase(std::remove_if(opposite.begin(), opposite.end(),
+                                          [v](const OppositeEdge& w) { return w.from == v || w.to == v; }),
+                           opposite.end());
             m_losses[u].push_back({m_level, v});
             m_isLocked[u] = true;
         }
@@ -117,12 +120,12 @@ private:
     /// Neighbours in order, counter-clockwise.
     std::vector<std::int32_t> ringOf(std::int32_t v) const
     {
-        const std::vector<Wing>& wings = m_wings[v];
-        std::vector<std::int32_t> ring = {wings[0].from};
-        while (ring.size() < wings.size())
+        const std::vector<OppositeEdge>& opposite = m_oppositeEdges[v];
+        std::vector<std::int32_t> ring = {opposite[0].from};
+        while (ring.size() < opposite.size())
         {
-            ring.push_back(std::find_if(wings.begin(), wings.end(),
-                                        [&ring](const Wing& w) { return w.from == ring.back(); })
+            ring.push_back(std::find_if(opposite.begin(), opposite.end(),
+                                        [&ring](const OppositeEdge& w) { return w.from == ring.back(); })
                                ->to);
         }
         return ring;
@@ -157,9 +160,9 @@ private:
     {
         const auto [a, b, c] = earOf(ring, corner);
         // A second edge between the same vertices would break the rings of both.
-        const bool isEdge = std::any_of(m_wings[a].begin(), m_wings[a].end(),
-                                        [c = c](const Wing& w) { return w.from == c || w.to == c; });
-        if (isEdge || !looksOutward(v, a, b, c))
+        const bool isEdge = std::any_of(m_oppositeEdges[a].begin(), m_oppositeEdges[a].end(),
+                                        [c = c](const OppositeEdge& w) { return w.from == c || w.to == c; });
+        if (isEdge || !isConvexEar(v, a, b, c))
             return false;
         return std::none_of(ring.begin(), ring.end(),
                             [&, a = a, b = b, c = c](std::int32_t u)
@@ -167,7 +170,7 @@ private:
     }
 
     /// False for a corner that is straight or reflex within a face.
-    bool looksOutward(std::int32_t v, std::int32_t a, std::int32_t b, std::int32_t c) const
+    bool isConvexEar(std::int32_t v, std::int32_t a, std::int32_t b, std::int32_t c) const
     {
         const auto normal = [this](std::int32_t i, std::int32_t j, std::int32_t k)
         { return (m_points[j] - m_points[i]).cross(m_points[k] - m_points[i]).eval(); };
@@ -183,7 +186,7 @@ private:
     {
         DkHierarchy out;
         out.m_levelCount = m_level;
-        out.m_top = m_alive;
+        out.m_top = m_remaining;
         for (std::int32_t v = 0; v < vertexCount(); ++v)
         {
             out.m_first.push_back(static_cast<std::int32_t>(out.m_begin.size()));
@@ -202,10 +205,10 @@ private:
     std::int32_t vertexCount() const { return static_cast<std::int32_t>(m_points.size()); }
 
     const std::vector<Eigen::Vector3d>& m_points;
-    std::vector<std::vector<Wing>> m_wings;
+    std::vector<std::vector<OppositeEdge>> m_oppositeEdges;
     std::vector<std::vector<Loss>> m_losses;  ///< by vertex, levels ascending
     std::vector<std::int32_t> m_height;       ///< by vertex: levels that contain it, without the coarsest
-    std::vector<std::int32_t> m_alive;
+    std::vector<std::int32_t> m_remaining;
     std::vector<bool> m_isLocked;
     std::int32_t m_level = 0;
 };

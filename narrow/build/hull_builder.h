@@ -263,7 +263,7 @@ private:
         const Quickhull surface(m_points, seed);
         const std::vector<std::int32_t> corners = surface.corners();
         m_areAllCorners = static_cast<std::int32_t>(corners.size()) == surface.vertexCount();
-        if (m_isOfCorners && !(m_areAllCorners && !SurfacePoints::areAny(m_points, surface, depth)))
+        if (m_isOfCorners && !(m_areAllCorners && !SurfacePoints::hasAny(m_points, surface, depth)))
         {
             m_hull = hullOf(corners);
             return;

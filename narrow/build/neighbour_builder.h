@@ -45,7 +45,7 @@ public:
         storeNatural(surface, extra);
         addArtificial(outwardOf(surface, extra));
         storeBlocks();
-        if (m_hull.m_vertexCount > kMostWithoutTable)
+        if (m_hull.m_vertexCount > kMaxWithoutTable)
             storeStartTable();
     }
 
@@ -53,20 +53,21 @@ private:
     using Vector = Eigen::Matrix<S, 3, 1>;
 
     /// Up to this many vertices every processor scans instead of using the table.
-    static constexpr std::int32_t kMostWithoutTable = leastLinearSupportMaximum<S>();
+    static constexpr std::int32_t kMaxWithoutTable = leastLinearSupportMaximum<S>();
     /// Up to this many vertices a scan is cheaper than a climb.
-    static constexpr std::int32_t kMostScanned = 256;
+    static constexpr std::int32_t kMaxScanned = 256;
     /// Limit of climbCorners().
-    static constexpr std::int32_t kMostProducts = 4096;
+    static constexpr std::int32_t kMaxProducts = 4096;
 
-    /// Calls see(vertex, neighbour) for all natural neighbours, those of a vertex in the order of its list.
-    template <class See>
-    void forNatural(const Quickhull& surface, const SurfacePoints& extra, const See& see) const
+    /// Calls visit(vertex, neighbour) for all natural neighbours, those of a vertex in the order of its list.
+    template <class Visit>
+    void forEachNaturalNeighbour(const Quickhull& surface, const SurfacePoints& extra,
+                                 const Visit& visit) const
     {
         for (const Quickhull::Triangle& t : surface.triangles())
         {
             for (int k = 0; k < 3; ++k)
-                see(m_vertexOf[t.vertex[k]], m_vertexOf[t.vertex[(k + 1) % 3]]);
+                visit(m_vertexOf[t.vertex[k]], m_vertexOf[t.vertex[(k + 1) % 3]]);
         }
         for (const SurfacePoints::Attached& a : extra.attached())
         {
@@ -74,8 +75,8 @@ private:
             for (const std::int32_t point : a.corners)
             {
                 const std::int32_t corner = m_vertexOf[point];
-                see(v, corner);
-                see(corner, v);
+                visit(v, corner);
+                visit(corner, v);
             }
         }
     }
@@ -84,13 +85,13 @@ private:
     {
         std::vector<std::int32_t>& begin = m_hull.m_neighbourBegin;
         begin.assign(static_cast<std::size_t>(m_hull.m_vertexCount) + 1, 0);
-        forNatural(surface, extra, [&begin](std::int32_t v, std::int32_t) { ++begin[v + 1]; });
+        forEachNaturalNeighbour(surface, extra, [&begin](std::int32_t v, std::int32_t) { ++begin[v + 1]; });
         std::partial_sum(begin.begin(), begin.end(), begin.begin());
         m_hull.m_neighbours.resize(static_cast<std::size_t>(begin.back()));
         m_hull.m_naturalEnd.assign(begin.begin(), begin.end() - 1);
-        forNatural(surface, extra,
-                   [this](std::int32_t v, std::int32_t neighbour)
-                   { m_hull.m_neighbours[m_hull.m_naturalEnd[v]++] = neighbour; });
+        forEachNaturalNeighbour(surface, extra,
+                                [this](std::int32_t v, std::int32_t neighbour)
+                                { m_hull.m_neighbours[m_hull.m_naturalEnd[v]++] = neighbour; });
     }
 
     /// Outward normals by vertex, of any length. Weighted by area, since the normal of a sliver is mostly rounding.
@@ -117,7 +118,7 @@ private:
         begin.reserve(m_hull.m_neighbourBegin.size());
         naturalEnd.reserve(m_hull.m_naturalEnd.size());
         m_hull.m_opposite.reserve(m_hull.m_naturalEnd.size());
-        if (m_hull.vertexCount() > kMostScanned)
+        if (m_hull.vertexCount() > kMaxScanned)
             findAnswers();
         for (std::int32_t v = 0; v < m_hull.m_vertexCount; ++v)
         {
@@ -134,18 +135,19 @@ private:
     }
 
     /// The support vertex; a climb takes few steps, since it starts from the answer for a similar direction.
-    std::int32_t farthest(const Vector& way)
+    std::int32_t farthest(const Vector& direction)
     {
-        if (m_hull.vertexCount() <= kMostScanned)
-            return hitLinear(m_hull, way).vertex;
-        std::int32_t& answer = m_answers[static_cast<std::size_t>(cubeCell(way, m_cells))];
-        answer = climb(way, answer);
+        if (m_hull.vertexCount() <= kMaxScanned)
+            return hitLinear(m_hull, direction).vertex;
+        std::int32_t& answer = m_answers[static_cast<std::size_t>(cubeCell(direction, m_cells))];
+        answer = climb(direction, answer);
         return answer;
     }
 
-    std::int32_t climb(const Vector& way, std::int32_t start) const
+    std::int32_t climb(const Vector& direction, std::int32_t start) const
     {
-        return m_areAllCorners ? climbCorners(way, start) : supportClimb(m_hull, way, start).vertex;
+        return m_areAllCorners ? climbCorners(direction, start)
+                               : supportClimb(m_hull, direction, start).vertex;
     }
 
     /// Finds the answers for the centres of all cells, each from the answer of an adjacent cell, in boustrophedon
@@ -166,18 +168,18 @@ private:
 
     /// Climbs to a local maximum: the support vertex, or a vertex level with it up to rounding, which suffices for a
     /// corner. Around vertices with very many neighbours, as the tip of a cone, the climb ends early.
-    std::int32_t climbCorners(const Vector& way, std::int32_t vertex) const
+    std::int32_t climbCorners(const Vector& direction, std::int32_t vertex) const
     {
-        S height = supportProduct(m_hull, vertex, way);
+        S height = supportProduct(m_hull, vertex, direction);
         std::int32_t productCount = 0;
-        for (std::int32_t before = -1; before != vertex && productCount <= kMostProducts;)
+        for (std::int32_t before = -1; before != vertex && productCount <= kMaxProducts;)
         {
             before = vertex;
             const typename Hull<S>::Span neighbours = m_hull.naturalNeighbours(before);
             productCount += neighbours.size();
             for (const std::int32_t u : neighbours)
             {
-                const S h = supportProduct(m_hull, u, way);
+                const S h = supportProduct(m_hull, u, direction);
                 vertex = h > height ? u : vertex;
                 height = std::max(h, height);
             }
@@ -195,12 +197,12 @@ private:
         const Eigen::Vector3d side = normal.isZero(0.0) ? normal : Eigen::Vector3d(normal.unitOrthogonal());
         const Eigen::Vector3d front = normal.cross(side);
         // The opposite vertex first; then, to fill the last block, the vertices far to the sides.
-        const std::array<Eigen::Vector3d, 8> ways = {
+        const std::array<Eigen::Vector3d, 8> directions = {
             -normal, side - normal, -side - normal, front - normal, -front - normal, side, -side, front};
         const auto isBlockFull = [&] { return (static_cast<std::ptrdiff_t>(all.size()) - begin) % 7 == 0; };
-        for (std::size_t i = 0; i < ways.size() && (i == 0 || !isBlockFull()); ++i)
+        for (std::size_t i = 0; i < directions.size() && (i == 0 || !isBlockFull()); ++i)
         {
-            const std::int32_t far = farthest(ways[i].template cast<S>());
+            const std::int32_t far = farthest(directions[i].template cast<S>());
             if (i == 0)
                 m_hull.m_opposite.push_back(far);
             const bool isNew = far != v && std::find(all.begin() + begin, all.end(), far) == all.end();

@@ -48,13 +48,13 @@ public:
         TriangleTree tree(points, triangulation.triangles(), depth);
         for (std::size_t i = 0; i < tree.normals().size(); ++i)
             m_pieces.push_back({triangulation.triangles()[i].vertex, tree.normals()[i]});
-        for (const std::int32_t point : scattered(triangulation.leftOver()))
+        for (const std::int32_t point : inScatteredOrder(triangulation.leftOver()))
             attach(point, tree);
         m_testCount += tree.testCount();
     }
 
     /// Whether any of the points that the triangulation left over would be attached.
-    static bool areAny(const std::vector<Eigen::Vector3d>& points, const Quickhull& triangulation,
+    static bool hasAny(const std::vector<Eigen::Vector3d>& points, const Quickhull& triangulation,
                        double depth)
     {
         const std::vector<std::int32_t>& left = triangulation.leftOver();
@@ -95,10 +95,10 @@ private:
     };
 
     // Where all is within rounding, as in a needle, all pieces may contain the point.
-    static constexpr std::size_t kMostPlaces = 4;
+    static constexpr std::size_t kMaxPlaces = 4;
 
     /// Points in pseudo-random order, which keeps the trees balanced.
-    static std::vector<std::int32_t> scattered(std::vector<std::int32_t> points)
+    static std::vector<std::int32_t> inScatteredOrder(std::vector<std::int32_t> points)
     {
         const auto hash = [](std::int32_t point)
         { return static_cast<std::uint32_t>(point) * 2654435769u; };  // odd: no two are equal
@@ -130,7 +130,7 @@ private:
         if (places.empty())
             places.push_back(nearestPiece(nearest, point));
         std::sort(places.begin(), places.end());
-        places.resize(std::min(places.size(), kMostPlaces));
+        places.resize(std::min(places.size(), kMaxPlaces));
         Attached added = {point, {}, Eigen::Vector3d::Zero()};
         for (const Place& place : places)
             split(place, added);
@@ -143,11 +143,11 @@ private:
     /// Appends the unsplit pieces below a place that contain the point.
     void findPieces(const Place& place, std::int32_t point, std::vector<Place>& places)
     {
-        std::vector<Place> open = {place};
-        while (!open.empty())
+        std::vector<Place> stack = {place};
+        while (!stack.empty())
         {
-            const Place next = open.back();
-            open.pop_back();
+            const Place next = stack.back();
+            stack.pop_back();
             const Piece& piece = m_pieces[next.piece];
             if (piece.parts == 0)
                 places.push_back(next);
@@ -155,7 +155,7 @@ private:
             {
                 const Place below = placeOf(part, point);
                 if (below.distance <= m_depth)
-                    open.push_back(below);
+                    stack.push_back(below);
             }
         }
     }

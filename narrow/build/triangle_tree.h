@@ -68,18 +68,18 @@ public:
     template <class Found>
     void forEachNear(const Eigen::Vector3d& point, const Found& found)
     {
-        m_open.assign(1, 0);
-        while (!m_open.empty())
+        m_stack.assign(1, 0);
+        while (!m_stack.empty())
         {
-            const Node& node = m_nodes[m_open.back()];
-            m_open.pop_back();
+            const Node& node = m_nodes[m_stack.back()];
+            m_stack.pop_back();
             ++m_testCount;
             if (!node.box.contains(point))
                 continue;
             if (node.child >= 0)
             {
-                m_open.push_back(node.child);
-                m_open.push_back(node.child + 1);
+                m_stack.push_back(node.child);
+                m_stack.push_back(node.child + 1);
                 continue;
             }
             for (std::int32_t i = node.begin; i < node.end; ++i)
@@ -106,7 +106,7 @@ private:
 
     static constexpr std::int32_t kLeaf = 4;
     /// Times the depth: what is farther away than this is farther away after rounding, too.
-    static constexpr double kRoom = 8.0;
+    static constexpr double kAllowance = 8.0;
 
     void build(std::int32_t index, std::int32_t begin, std::int32_t end)
     {
@@ -117,7 +117,8 @@ private:
             box.extend(ofTriangle);
             middles.extend(ofTriangle.center());
         }
-        m_nodes[index].box = Box(box.min().array() - kRoom * m_depth, box.max().array() + kRoom * m_depth);
+        m_nodes[index].box =
+            Box(box.min().array() - kAllowance * m_depth, box.max().array() + kAllowance * m_depth);
         m_nodes[index].begin = begin;
         m_nodes[index].end = end;
         if (end - begin <= kLeaf)
@@ -151,8 +152,8 @@ private:
         const Eigen::Vector3d& normal = m_normals[triangle];
         const Eigen::Vector3d from = point - m_points[vertex[0]];
         // The normal is off by 64 spacings at most.
-        const double room = kRoom * m_depth + 1e-13 * from.lpNorm<1>();
-        if (std::abs(normal.dot(from)) > room * normal.lpNorm<1>())
+        const double allowance = kAllowance * m_depth + 1e-13 * from.lpNorm<1>();
+        if (std::abs(normal.dot(from)) > allowance * normal.lpNorm<1>())
             return;
         const double distance = distanceToTriangle(m_points, vertex, point);
         if (distance <= m_depth)
@@ -165,7 +166,7 @@ private:
     std::vector<Eigen::Vector3d> m_normals;
     std::vector<std::int32_t> m_order;  ///< triangles
     std::vector<Node> m_nodes;
-    std::vector<std::int32_t> m_open;
+    std::vector<std::int32_t> m_stack;
     std::uint64_t m_testCount = 0;
 };
 }  // namespace cullet

@@ -44,7 +44,7 @@ class Penetration
 {
 public:
     Penetration(const A& a, const B& b, GjkCache<S>& cache, EpaCache* memory)
-        : m_a(a), m_b(b), m_search(a, b), m_cache(cache), m_memory(memory), m_seed(m_search)
+        : m_a(a), m_b(b), m_search(a, b), m_cache(cache), m_epaCache(memory), m_seed(m_search)
     {
     }
 
@@ -63,17 +63,17 @@ public:
     }
 
     /// Expands the cached surface only. If that proves nothing, empties the cache and returns NotConverged.
-    PenetrationResult<S> recall()
+    PenetrationResult<S> runFromCache()
     {
-        m_isRecalled = true;
+        m_isFromCache = true;
         m_isChanged = false;
-        const bool isProved = (expandMemory() || expandHull()) && isFinite();
+        const bool isProved = (expandCachedSurface() || expandCachedHull()) && isFinite();
         if (isProved)
         {
             m_result.state = GjkState::Overlapping;
             return m_result;
         }
-        m_memory->vertexCount = 0;
+        m_epaCache->vertexCount = 0;
         return PenetrationResult<S>();
     }
 
@@ -88,7 +88,7 @@ private:
     /// How far the deepest point of the surface may be from the ray along the normal; times the size.
     static constexpr double kMissAccepted = sizeof(S) == sizeof(float) ? 1e-6 : 1e-10;
     /// A depth is unique where all other depths are larger by this, times the size.
-    static constexpr double kSureDepth = 4 * kSureTouch;
+    static constexpr double kDepthUncertainty = 4 * kTouchUncertainty;
     static constexpr double kFlat = SeedTetrahedron<Search>::kFlat;
 
     /// Finds a simplex that contains the origin: the cached tetrahedron, or the result of a search without axis tests.
@@ -126,11 +126,11 @@ private:
     /// Finds the depth from the tetrahedron: by expansion with or without a corner, with more capacity, or exactly.
     void enlarge()
     {
-        const bool hasCorner = m_wantsCorner = hasCorners();
+        const bool hasCorner = m_shouldAddCorner = hasCorners();
         bool isProved = expandSeed();
         // The points of a corner may break the surface: where edges of A and B are parallel, some of them are
         // collinear.
-        if (!isProved && hasCorner && !m_wantsCorner)
+        if (!isProved && hasCorner && !m_shouldAddCorner)
             isProved = expandSeed();
         if (!isProved)
             solveExactly();
@@ -164,9 +164,9 @@ private:
         m_result.pointB = m_result.pointA;
     }
 
-    bool expandMemory()
+    bool expandCachedSurface()
     {
-        EpaCache& memory = *m_memory;
+        EpaCache& memory = *m_epaCache;
         for (int i = 0; i < memory.vertexCount; ++i)
         {
             if (memory.verticesA[i] >= m_a.vertexCount() || memory.verticesB[i] >= m_b.vertexCount())
@@ -198,11 +198,11 @@ private:
         }
     }
 
-    /// expandMemory() from the convex hull of the cached points, for a cached surface with dents that no support point
-    /// closes.
-    bool expandHull()
+    /// expandCachedSurface() from the convex hull of the cached points, for a cached surface with dents that no
+    /// support point closes.
+    bool expandCachedHull()
     {
-        const int count = m_isSeparate || !m_search.isFinite() ? 0 : m_memory->vertexCount;
+        const int count = m_isSeparated || !m_search.isFinite() ? 0 : m_epaCache->vertexCount;
         std::array<Support, EpaCache::kVertices> left;
         std::copy_n(m_supports.begin(), count, left.begin());
         if (!(spreadFour(left, count) > kFlat * m_search.size2() * size()))
@@ -238,25 +238,25 @@ private:
         {
             const PolytopeParts::Face face = polytope.closestFace();
             const bool isOutside = !(face.distance > -kFlat * scale);
-            if (isOutside && !m_isRecalled)
+            if (isOutside && !m_isFromCache)
                 return false;
             const Support& corner = supports[face.vertex[0]];
             const Support s =
-                m_isRecalled ? m_search.supportAgainst(-face.scaledNormal, corner.vertexA, corner.vertexB)
-                             : m_search.supportAgainst(-face.scaledNormal);
+                m_isFromCache ? m_search.supportAgainst(-face.scaledNormal, corner.vertexA, corner.vertexB)
+                              : m_search.supportAgainst(-face.scaledNormal);
             const double gap = face.scaledNormal.dot(s.w) / face.length - face.distance;
             // The origin is beyond a face of the cached surface, but perhaps not of A - B. A NaN makes the comparison
             // false.
-            m_isSeparate = isOutside && !(face.scaledNormal.dot(s.w) > 0.0);
-            if (m_isSeparate)
+            m_isSeparated = isOutside && !(face.scaledNormal.dot(s.w) > 0.0);
+            if (m_isSeparated)
                 return false;
             const bool isDone = !isOutside && gap <= kGapWanted * scale;
-            if (m_isRecalled && !isDone && polytope.lift(face))
+            if (m_isFromCache && !isDone && polytope.lift(face))
             {
                 m_isChanged = true;
                 continue;
             }
-            if (!isDone && std::exchange(m_wantsCorner, false))
+            if (!isDone && std::exchange(m_shouldAddCorner, false))
             {
                 addCorner(polytope, supports);
                 continue;
@@ -285,17 +285,18 @@ private:
     {
         const Eigen::Vector3d normal = face.scaledNormal / face.length;
         store(normal, face.distance + gap, gap, along);
-        if (settle(face, supports))
-            m_result.isSettled = polytope.isAlone(face, face.distance + gap + kSureDepth * size());
+        if (solveFromFeatures(face, supports))
+            m_result.isSettled =
+                polytope.isOnlyClosestPlane(face, face.distance + gap + kDepthUncertainty * size());
         else if (!findPoints(polytope, supports, face, gap))
             return false;
         m_result.method = PenetrationMethod::Expansion;
-        if (m_isRecalled)
+        if (m_isFromCache)
             rememberTriangle(face, -normal, along);
         // The surface of a large polytope cannot be made small enough for the cache.
         if constexpr (std::is_same_v<P, Polytope>)
         {
-            if (m_memory != nullptr && m_isChanged)
+            if (m_epaCache != nullptr && m_isChanged)
                 remember(polytope, face);
         }
         return true;
@@ -309,7 +310,7 @@ private:
         const PolytopeParts::Foot foot = polytope.footOf(face, gap + kGapAccepted * size());
         // False for slivers that are mostly rounding. A NaN makes the comparison false.
         const bool isOnRay = foot.miss <= gap + kMissAccepted * size();
-        if (!isOnRay && m_isRecalled)
+        if (!isOnRay && m_isFromCache)
             return false;
         Eigen::Vector3d pointA = Eigen::Vector3d::Zero();
         for (int k = 0; k < 3; ++k)
@@ -339,7 +340,7 @@ private:
     {
         if (polytope.faceCount() > EpaCache::kFaces)
             shrink(polytope, face);
-        rememberSurface<S>(polytope, m_supports, *m_memory);
+        rememberSurface<S>(polytope, m_supports, *m_epaCache);
     }
 
     /// Removes vertices farther from the origin than the depth and some allowance, so that the shapes may move before
@@ -367,7 +368,7 @@ private:
 
     /// Computes the answer from the features of a face alone, so that it does not depend on the path of the search.
     template <class Supports>
-    bool settle(const PolytopeParts::Face& face, const Supports& supports)
+    bool solveFromFeatures(const PolytopeParts::Face& face, const Supports& supports)
     {
         if constexpr (HasVertexAmong<A, B>::value)
         {
@@ -432,11 +433,11 @@ private:
     const B& m_b;
     Search m_search;
     GjkCache<S>& m_cache;
-    EpaCache* m_memory;
-    bool m_isRecalled = false;
+    EpaCache* m_epaCache;
+    bool m_isFromCache = false;
     bool m_isChanged = true;  ///< the surface differs from the cached one
-    bool m_wantsCorner = false;
-    bool m_isSeparate = false;  ///< a separating axis was found
+    bool m_shouldAddCorner = false;
+    bool m_isSeparated = false;  ///< a separating axis was found
     SeedTetrahedron<Search> m_seed;
     std::array<Support, Polytope::kMaxVertices> m_supports;  ///< of the polytope's vertices
     PenetrationResult<S> m_result;
@@ -471,6 +472,6 @@ PenetrationResult<S> penetration(const A& a, const B& b, GjkCache<S>& cache, Epa
 template <class S, class A, class B>
 PenetrationResult<S> rememberedPenetration(const A& a, const B& b, GjkCache<S>& cache, EpaCache& memory)
 {
-    return Penetration<S, A, B>(a, b, cache, &memory).recall();
+    return Penetration<S, A, B>(a, b, cache, &memory).runFromCache();
 }
 }  // namespace cullet

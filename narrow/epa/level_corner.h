@@ -19,7 +19,7 @@ namespace cullet
 class LevelNeighbours
 {
 public:
-    static constexpr int kMost = 3;
+    static constexpr int kMaxCount = 3;
 
     /// @param vertex    of a hull that has a graph
     /// @param direction world axes, any length; the vertex is the support along it
@@ -52,7 +52,7 @@ private:
     void insert(const End& end)
     {
         int place = m_count;
-        m_count += m_count < kMost ? 1 : 0;
+        m_count += m_count < kMaxCount ? 1 : 0;
         for (; place > 0 && end.slope2 < at(place - 1).slope2; --place)
             at(place) = at(place - 1);
         at(place) = end;
@@ -60,7 +60,7 @@ private:
     End& at(int i) { return m_ends[static_cast<std::size_t>(i)]; }
 
     int m_count = 0;
-    std::array<End, kMost + 1> m_ends = {};
+    std::array<End, kMaxCount + 1> m_ends = {};
 };
 
 /// A corner of A - B and the ends of its most level edges: the support point along the cached axis, else along the line
@@ -68,7 +68,7 @@ private:
 template <class Search>
 struct LevelCorner
 {
-    static constexpr int kMost = 1 + 2 * LevelNeighbours::kMost;
+    static constexpr int kMaxCount = 1 + 2 * LevelNeighbours::kMaxCount;
 
     /// @param search of A and B
     template <class S, class H>
@@ -87,7 +87,7 @@ struct LevelCorner
             points[static_cast<std::size_t>(count++)] = search.supportOf(corner.vertexA, ofB[i]);
     }
 
-    std::array<typename Search::Support, kMost> points;
+    std::array<typename Search::Support, kMaxCount> points;
     int count;
 
 private:

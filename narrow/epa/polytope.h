@@ -77,7 +77,7 @@ public:
     }
 
     /// Whether all faces up to a distance from the origin lie in the plane of the closest face.
-    bool isAlone(const Face& face, double distance) const
+    bool isOnlyClosestPlane(const Face& face, double distance) const
     {
         constexpr double kParallel2 = 1e-20;
         for (int i = 0; i < m_faceCount; ++i)

@@ -76,22 +76,22 @@ private:
         Support far = m_points[0];
         for (int axis = 0; axis < 6; ++axis)
         {
-            const Eigen::Vector3d way = Eigen::Vector3d::Unit(axis / 2) * (axis % 2 == 0 ? 1.0 : -1.0);
-            const Support s = m_search.supportAgainst(way);
+            const Eigen::Vector3d direction = Eigen::Vector3d::Unit(axis / 2) * (axis % 2 == 0 ? 1.0 : -1.0);
+            const Support s = m_search.supportAgainst(direction);
             if ((s.w - m_points[0].w).squaredNorm() > (far.w - m_points[0].w).squaredNorm())
                 far = s;
         }
         return far;
     }
 
-    /// Adds the support point along +way or -way, whichever is farther from the points so far, whose extent along `way`
-    /// is 0.
-    bool addFarthest(int& count, const Eigen::Vector3d& way, double flat)
+    /// Adds the support point along +direction or -direction, whichever is farther from the points so far, whose
+    /// extent along `direction` is 0.
+    bool addFarthest(int& count, const Eigen::Vector3d& direction, double flat)
     {
-        const Support up = m_search.supportAgainst(-way);
-        const Support down = m_search.supportAgainst(way);
-        const double high = way.dot(up.w - m_points[0].w);
-        const double low = -way.dot(down.w - m_points[0].w);
+        const Support up = m_search.supportAgainst(-direction);
+        const Support down = m_search.supportAgainst(direction);
+        const double high = direction.dot(up.w - m_points[0].w);
+        const double low = -direction.dot(down.w - m_points[0].w);
         if (!(std::max(high, low) > flat))
             return false;
         m_points[count++] = high > low ? up : down;

@@ -16,7 +16,7 @@ namespace cullet
 struct ConeEdge
 {
     std::int32_t endA, endB;
-    Eigen::Vector3d way;
+    Eigen::Vector3d edgeVector;
     double length2;
     double fall;  ///< decrease of the product with the corner along the edge
 };
@@ -37,9 +37,9 @@ struct ConeEdges
     {
         // Writes both lanes, since keeping the other would read it from memory first.
         const auto put = [i](Pair& lanes, double value) { lanes = Pair{i == 0 ? value : lanes[0], value}; };
-        put(x, e.way[0]);
-        put(y, e.way[1]);
-        put(z, e.way[2]);
+        put(x, e.edgeVector[0]);
+        put(y, e.edgeVector[1]);
+        put(z, e.edgeVector[2]);
         put(length2, e.length2);
         put(fall, e.fall);
         endA[i] = e.endA == cornerA ? kNone : e.endA;
@@ -70,7 +70,7 @@ struct ConeWedges
     using Pair = Lanes<double>::Vector;
     // Squared sine of the angle between two edges; a smaller one leaves too few digits of the weights.
     constexpr double kThin = 1e-8;
-    const Pair between = edges.x * e.way[0] + edges.y * e.way[1] + edges.z * e.way[2];
+    const Pair between = edges.x * e.edgeVector[0] + edges.y * e.edgeVector[1] + edges.z * e.edgeVector[2];
     const Pair product = edges.length2 * e.length2;
     ConeWedges w;
     w.scale = product - between * between;

@@ -49,7 +49,7 @@ public:
           m_b(b),
           m_placement(a, b),
           m_offset(b.origin() - a.origin()),
-          m_blur(S(kBlur) * (a.size() + b.size()))
+          m_pointError(S(kPointError) * (a.size() + b.size()))
     {
     }
 
@@ -66,9 +66,9 @@ public:
             if (!solve())
                 return false;
             if (isReached())
-                return isSquare();
-            if (corners == kMostCorners ||
-                !takeCorner(beyond(m_edges.endA, m_vertexA), beyond(m_edges.endB, m_vertexB)))
+                return isPerpendicular();
+            if (corners == kMaxCorners ||
+                !setCorner(beyond(m_edges.endA, m_vertexA), beyond(m_edges.endB, m_vertexB)))
                 return false;
         }
     }
@@ -120,13 +120,13 @@ private:
     using Wedges = ConeWedges;
     using Ends = ConeEdges::Ends;
 
-    static constexpr int kMostCorners = 8;
-    static constexpr std::int32_t kMostSteps = 16;
+    static constexpr int kMaxCorners = 8;
+    static constexpr std::int32_t kMaxSteps = 16;
     /// Squared lengths for which the scalar of the hulls represents the direction, for bases of usual sizes. Other
     /// lengths are left to GJK.
-    static constexpr double kLeast2 = 1e-16, kMost2 = 1e16;
+    static constexpr double kMin2 = 1e-16, kMax2 = 1e16;
     /// Times the sizes: some roundings of the vertices and products that make a point of A - B.
-    static constexpr double kBlur = 32 * std::numeric_limits<double>::epsilon();
+    static constexpr double kPointError = 32 * std::numeric_limits<double>::epsilon();
     /// Times the squared distance of the corner: the tolerance of GjkSearch.
     static constexpr double kTouching2 = 1e-20;
 
@@ -151,25 +151,26 @@ private:
             ++corner;
         const bool hasEdges = corner < cache.count;
         corner = hasEdges ? corner : 0;
-        if (!takeCorner(cache.verticesA[corner], cache.verticesB[corner]))
+        if (!setCorner(cache.verticesA[corner], cache.verticesB[corner]))
             return false;
         if (!hasEdges || cache.count == 1)
             return true;
         const int first = corner == 0 ? 1 : 0, second = cache.count == 3 ? 3 - corner - first : first;
         if (areVertices(cache.verticesA[first], cache.verticesB[first]) &&
             areVertices(cache.verticesA[second], cache.verticesB[second]))
-            recall(edgeTo(cache.verticesA[first], cache.verticesB[first]), cache.verticesA[second],
-                   cache.verticesB[second], second != first);
-        return isApart();
+            addCachedEdges(edgeTo(cache.verticesA[first], cache.verticesB[first]), cache.verticesA[second],
+                           cache.verticesB[second], second != first);
+        return isAwayFromOrigin();
     }
 
     /// Adds cached edges if they bring the point closer.
-    [[gnu::always_inline]] void recall(const Edge& edge, std::int32_t a, std::int32_t b, bool isAnother)
+    [[gnu::always_inline]] void addCachedEdges(const Edge& edge, std::int32_t a, std::int32_t b,
+                                               bool isAnother)
     {
         if (!isAnother)
         {
             if (edge.fall > 0.0 && isUsable(edge))
-                takeEdge(edge);
+                setEdge(edge);
             return;
         }
         const Edge other = edgeTo(a, b);
@@ -178,10 +179,10 @@ private:
         m_edges.set(0, edge, m_vertexA, m_vertexB);
         const Wedges w = wedgesOf(m_edges, other);
         if ((w.inner & 1u) != 0)
-            return takeWedge(w, 0, other);
+            return setWedge(w, 0, other);
         const Edge& better = edge.fall > other.fall ? edge : other;
         if (better.fall > 0.0)
-            takeEdge(better);
+            setEdge(better);
         else
             m_edges.endA[0] = m_edges.endB[0] = ConeEdges::kNone;
     }
@@ -191,7 +192,7 @@ private:
         return a < m_a.hull().blockCount() && b < m_b.hull().blockCount();
     }
 
-    bool takeCorner(std::int32_t a, std::int32_t b)
+    bool setCorner(std::int32_t a, std::int32_t b)
     {
         if (!areVertices(a, b))
             return false;
@@ -204,27 +205,27 @@ private:
         m_count = 0;
         m_closest = m_corner;
         m_length2 = m_corner.squaredNorm();
-        m_least2 = std::max(kLeast2, kTouching2 * m_length2);
-        return isApart();
+        m_least2 = std::max(kMin2, kTouching2 * m_length2);
+        return isAwayFromOrigin();
     }
 
     /// The closest point is neither the origin, within rounding, nor too far away, nor NaN.
-    bool isApart() const { return m_length2 > m_least2 && m_length2 < kMost2; }
+    bool isAwayFromOrigin() const { return m_length2 > m_least2 && m_length2 < kMax2; }
 
     [[gnu::always_inline]] Edge edgeTo(std::int32_t a, std::int32_t b) const
     {
-        Edge e = {a, b, m_placement.way(m_vertexA, m_vertexB, a, b), 0.0, 0.0};
-        e.length2 = e.way.squaredNorm();
-        e.fall = -m_corner.dot(e.way);
+        Edge e = {a, b, m_placement.edgeVector(m_vertexA, m_vertexB, a, b), 0.0, 0.0};
+        e.length2 = e.edgeVector.squaredNorm();
+        e.fall = -m_corner.dot(e.edgeVector);
         return e;
     }
 
-    static bool isUsable(const Edge& e) { return e.length2 < kMost2; }
+    static bool isUsable(const Edge& e) { return e.length2 < kMax2; }
 
-    [[gnu::always_inline]] void takeEdge(const Edge& e)
+    [[gnu::always_inline]] void setEdge(const Edge& e)
     {
         m_weights[0] = e.fall / e.length2;
-        m_closest = m_corner + m_weights[0] * e.way;
+        m_closest = m_corner + m_weights[0] * e.edgeVector;
         m_length2 = m_closest.squaredNorm();
         m_count = 1;
         m_edges.set(0, e, m_vertexA, m_vertexB);
@@ -232,7 +233,7 @@ private:
     }
 
     /// @param old index of the edge that is kept
-    [[gnu::always_inline]] void takeWedge(const Wedges& w, int old, const Edge& e)
+    [[gnu::always_inline]] void setWedge(const Wedges& w, int old, const Edge& e)
     {
         const double inverse = 1.0 / w.scale[old];
         m_weights = {w.weight[old] * inverse, w.newWeight[old] * inverse};
@@ -240,7 +241,8 @@ private:
             m_edges.moveDown();
         // The normal is perpendicular to both edges up to rounding; a weighted sum of the edges would not be where
         // their angle is small.
-        const Eigen::Vector3d normal = Eigen::Vector3d(m_edges.x[0], m_edges.y[0], m_edges.z[0]).cross(e.way);
+        const Eigen::Vector3d normal =
+            Eigen::Vector3d(m_edges.x[0], m_edges.y[0], m_edges.z[0]).cross(e.edgeVector);
         m_closest = normal * (m_corner.dot(normal) / normal.squaredNorm());
         m_length2 = m_closest.squaredNorm();
         m_count = 2;
@@ -248,7 +250,7 @@ private:
     }
 
     /// @return false if the point does not get closer, or touches the origin
-    [[gnu::noinline]] bool enter(std::int32_t a, std::int32_t b)
+    [[gnu::noinline]] bool addEdge(std::int32_t a, std::int32_t b)
     {
         const double before = m_length2;
         const Edge e = edgeTo(a, b);
@@ -260,23 +262,23 @@ private:
         if (!isUsable(e) || (w.inner == 0 && !(e.fall > 0.0)))
             return false;
         if (w.inner == 0)
-            takeEdge(e);
+            setEdge(e);
         else
-            takeWedge(
+            setWedge(
                 w, w.inner == 1 || (w.inner == 3 && w.gain[0] * w.scale[1] >= w.gain[1] * w.scale[0]) ? 0 : 1,
                 e);
-        return m_length2 < before && isApart();
+        return m_length2 < before && isAwayFromOrigin();
     }
 
     /// @return false if the closest point of the cone was not found
     bool solve()
     {
-        for (; m_steps < kMostSteps; ++m_steps)
+        for (; m_steps < kMaxSteps; ++m_steps)
         {
             std::int32_t a = m_vertexA, b = m_vertexB;
             if (!findRise(a, b))
                 return true;
-            if (!enter(a, b))
+            if (!addEdge(a, b))
                 return false;
         }
         return false;
@@ -295,12 +297,12 @@ private:
 
     /// The point is perpendicular to its edges, which findRise() skips, to enough digits. False where the corner is 1e8
     /// times as far away.
-    bool isSquare() const
+    bool isPerpendicular() const
     {
-        constexpr double kSquare2 = 1e-16;
+        constexpr double kPerpendicular2 = 1e-16;
         const Pair along = m_edges.x * m_closest[0] + m_edges.y * m_closest[1] + m_edges.z * m_closest[2];
-        const unsigned slanted = laneBits(along * along > kSquare2 * m_length2 * m_edges.length2);
-        return (slanted & ((1u << m_count) - 1u)) == 0;
+        const unsigned oblique = laneBits(along * along > kPerpendicular2 * m_length2 * m_edges.length2);
+        return (oblique & ((1u << m_count) - 1u)) == 0;
     }
 
     /// The vertex of a hull at the end of an edge beyond which the closest point lies, or the corner's vertex.
@@ -364,10 +366,10 @@ private:
     /// Bounds the error of a rise from rounding of the direction, of two products and of the closest point. The closest
     /// point is perpendicular to its edges only up to that error, which, where shapes nearly touch, exceeds the rise of
     /// neighbours collinear with these edges.
-    S doubtOf(const PosedHull<S>& shape, S length) const
+    S riseErrorOf(const PosedHull<S>& shape, S length) const
     {
         return shape.norm() *
-               (S(1.5) * shape.hull().tieBand() * length + S(2) * shape.hull().reach() * m_blur);
+               (S(1.5) * shape.hull().tieBand() * length + S(2) * shape.hull().reach() * m_pointError);
     }
 
     /// Finds the neighbour of the corner with the largest rise against closest().
@@ -383,12 +385,12 @@ private:
         const Rise ofA = riseAround(m_a.hull(), a, LaneDirection<S>(localA), m_edges.endA);
         const Rise ofB = riseAround(m_b.hull(), b, LaneDirection<S>(localB), m_edges.endB);
         const S length = std::abs(x) + std::abs(y) + std::abs(z);
-        const S doubtA = doubtOf(m_a, length), doubtB = doubtOf(m_b, length);
+        const S errorA = riseErrorOf(m_a, length), errorB = riseErrorOf(m_b, length);
         // Bitwise & of integers, since && would add a branch.
-        if ((static_cast<int>(ofA.height < -doubtA) & static_cast<int>(ofB.height < -doubtB)) != 0)
+        if ((static_cast<int>(ofA.height < -errorA) & static_cast<int>(ofB.height < -errorB)) != 0)
             return false;
         const bool isOfA = ofA.height > ofB.height;
-        if (!(isOfA ? ofA.height > doubtA : ofB.height > doubtB))
+        if (!(isOfA ? ofA.height > errorA : ofB.height > errorB))
             return findLevelRise(a, b);
         a = isOfA ? ofA.neighbour : a;
         b = isOfA ? b : ofB.neighbour;
@@ -432,7 +434,7 @@ private:
                 return;
         }
         const Edge e = edgeTo(endA, endB);
-        const double height = -m_closest.dot(e.way);
+        const double height = -m_closest.dot(e.edgeVector);
         if (height > best.height && height * height > kLevel2 * m_length2 * e.length2)
             best = {height, endA, endB};
     }
@@ -450,6 +452,6 @@ private:
     Eigen::Vector3d m_closest;
     double m_length2 = 0.0;
     double m_least2 = 0.0;
-    S m_blur;  ///< bound of the rounding error of the closest point
+    S m_pointError;  ///< bound of the rounding error of the closest point
 };
 }  // namespace cullet

@@ -50,8 +50,8 @@ public:
         const Point up = w.cross(side);
         Local localUp(pair, up);
         const Local localSide(pair, side);
-        lookAround(pair.a().hull(), a, localUp.a, localSide.a, 0);
-        lookAround(pair.b().hull(), b, localUp.b, localSide.b, kOfB);
+        collectSlopes(pair.a().hull(), a, localUp.a, localSide.a, 0);
+        collectSlopes(pair.b().hull(), b, localUp.b, localSide.b, kOfB);
         const S left = m_left.slope();
         const S right = m_right.slope();
         m_isComplete = left < kNone && right < kNone;
@@ -90,7 +90,7 @@ private:
     /// Marks a neighbour of b.
     static constexpr std::int32_t kOfB = std::int32_t(1) << 30;
     /// Corners at which an axis is tilted, after the first. More brought nothing where measured.
-    static constexpr int kMostMoves = 2;
+    static constexpr int kMaxTilts = 2;
 
     using QuadVector = typename Quad<S>::Vector;
 
@@ -112,11 +112,11 @@ private:
         QuadVector a, b;
     };
 
-    /// Calls see(edge . first, edge . second, neighbours) for vectors of edges that begin at the vertex; some edges are
-    /// zero.
-    template <class See>
-    static void forEdges(const Hull<S>& hull, std::int32_t vertex, const QuadVector& localFirst,
-                         const QuadVector& localSecond, const See& see)
+    /// Calls visit(edge . first, edge . second, neighbours) for vectors of edges that begin at the vertex; some edges
+    /// are zero.
+    template <class Visit>
+    static void forEachEdge(const Hull<S>& hull, std::int32_t vertex, const QuadVector& localFirst,
+                            const QuadVector& localSecond, const Visit& visit)
     {
         const LaneDirection<S> first(localFirst), second(localSecond);
         for (std::int32_t index = vertex; index >= 0; index = hull.block(index).id[0])
@@ -130,7 +130,7 @@ private:
                 const Vector z = L::load(&block.z[lane]) - z0;
                 const Vector alongFirst = x * first.x + y * first.y + z * first.z;
                 const Vector alongSecond = x * second.x + y * second.y + z * second.z;
-                see(alongFirst, alongSecond, &block.id[lane]);
+                visit(alongFirst, alongSecond, &block.id[lane]);
             }
         }
     }
@@ -162,17 +162,17 @@ private:
         Mask m_id = {};
     };
 
-    void lookAround(const Hull<S>& hull, std::int32_t vertex, const QuadVector& up, const QuadVector& side,
-                    std::int32_t mark)
+    void collectSlopes(const Hull<S>& hull, std::int32_t vertex, const QuadVector& up, const QuadVector& side,
+                       std::int32_t mark)
     {
-        forEdges(hull, vertex, up, side,
-                 [&](const Vector& height, const Vector& along, const std::int32_t* neighbours)
-                 {
-                     const Vector slope = height / L::withoutZeros(along);
-                     const Mask id = L::loadIds(neighbours) | mark;
-                     m_left.keep(along > S(0), slope, id);
-                     m_right.keep(along < S(0), -slope, id);
-                 });
+        forEachEdge(hull, vertex, up, side,
+                    [&](const Vector& height, const Vector& along, const std::int32_t* neighbours)
+                    {
+                        const Vector slope = height / L::withoutZeros(along);
+                        const Mask id = L::loadIds(neighbours) | mark;
+                        m_left.keep(along > S(0), slope, id);
+                        m_right.keep(along < S(0), -slope, id);
+                    });
     }
 
     void put(const VertexPair& pair, int place)
@@ -182,15 +182,15 @@ private:
     }
 
     /// Finds how far an axis can be tilted towards a point until an edge at the corner is level.
-    Lowest way(const HullPair<S>& pair, const Local& axis, const Local& towards) const
+    Lowest tiltUntilLevel(const HullPair<S>& pair, const Local& axis, const Local& towards) const
     {
         Lowest lowest;
         std::int32_t mark = 0;
-        const auto see = [&](const Vector& height, const Vector& along, const std::int32_t* neighbours)
+        const auto visit = [&](const Vector& height, const Vector& along, const std::int32_t* neighbours)
         { lowest.keep(along < S(0), -height / L::withoutZeros(along), L::loadIds(neighbours) | mark); };
-        forEdges(pair.a().hull(), m_corner.a, axis.a, towards.a, see);
+        forEachEdge(pair.a().hull(), m_corner.a, axis.a, towards.a, visit);
         mark = kOfB;
-        forEdges(pair.b().hull(), m_corner.b, axis.b, towards.b, see);
+        forEachEdge(pair.b().hull(), m_corner.b, axis.b, towards.b, visit);
         return lowest;
     }
 
@@ -201,15 +201,15 @@ private:
     void tilt(const HullPair<S>& pair, Local& axis, const Point& w)
     {
         Point towards = w;
-        for (int moves = 0;; ++moves)
+        for (int tilts = 0;; ++tilts)
         {
             const Local localTowards(pair, towards);
-            const Lowest lowest = way(pair, axis, localTowards);
+            const Lowest lowest = tiltUntilLevel(pair, axis, localTowards);
             // Negative after a complete tilt.
             const S farthest = std::max(lowest.slope(), S(0));
             // The bound applies where no edge leads towards the origin.
             const S bound = S(1e3) * m_axis.cwiseAbs().maxCoeff() / towards.cwiseAbs().maxCoeff();
-            if (moves < kMostMoves && farthest < bound)
+            if (tilts < kMaxTilts && farthest < bound)
             {
                 const VertexPair end = lowest.end(m_corner);
                 const Point next = pair.point(end.a, end.b) + m_shift;

@@ -20,7 +20,7 @@ namespace cullet
 {
 /// Times the size of two shapes: below this, searches may disagree on whether they touch, and on which of two depths is
 /// less.
-constexpr double kSureTouch = 4e-7;
+constexpr double kTouchUncertainty = 4e-7;
 
 /// The closest or deepest points of two hulls, computed from their features: a vertex, edge or face of each hull.
 ///
@@ -51,14 +51,14 @@ public:
 
     /// @param pairs  of the simplex with the closest points, or of the triangle with the foot of the origin
     /// @param about  of any length, approximately from B to A
-    /// @param isDeep the hulls overlap, and no other normal has so little depth, by kSureTouch at least
+    /// @param isDeep the hulls overlap, and no other normal has so little depth, by kTouchUncertainty at least
     /// @return false if the features are not unique; then no other result is valid
     bool solve(const VertexPairs& pairs, const Eigen::Vector3d& about, bool isDeep)
     {
         const Ids ofA = distinctVertices(pairs.a, pairs.count), ofB = distinctVertices(pairs.b, pairs.count);
         m_isDeep = isDeep;
         m_about = about;
-        if (!isKnown(ofA, m_a.shape) || !isKnown(ofB, m_b.shape))
+        if (!areValidIds(ofA, m_a.shape) || !areValidIds(ofB, m_b.shape))
             return false;
         m_vertexA = ofA.id[0];
         m_vertexB = ofB.id[0];
@@ -68,7 +68,7 @@ public:
             isSolved = solveEdges(ofA, ofB);
         else if (ofA.count == 1 || ofB.count == 1)
             isSolved = solveFace(ofA, ofB);
-        return (isSolved || solveLevel(ofA.id[0], ofB.id[0])) && isSure();
+        return (isSolved || solveLevel(ofA.id[0], ofB.id[0])) && isCertain();
     }
 
     /// Unit, from B to A, world axes.
@@ -121,7 +121,7 @@ private:
 
     static std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
-    static bool isKnown(const Ids& ids, const Shape& shape)
+    static bool areValidIds(const Ids& ids, const Shape& shape)
     {
         return ids.count > 0 && ids.id[0] >= 0 && ids.id[at(ids.count - 1)] < shape.vertexCount();
     }
@@ -129,9 +129,9 @@ private:
     Vector pointB(std::int32_t vertex) const { return m_b.point(vertex) + m_offset; }
 
     /// Neither so near that a search may disagree, nor NaN.
-    bool isSure() const
+    bool isCertain() const
     {
-        const double sure = kSureTouch * m_size;
+        const double sure = kTouchUncertainty * m_size;
         return m_isDeep ? m_distance < -sure : m_distance > sure;
     }
 
@@ -142,19 +142,19 @@ private:
         const Vector a = m_a.point(ofA.id[0]), b = pointB(ofB.id[0]);
         bool isSolved;
         if (ofA.count == 2 && ofB.count == 2)
-            isSolved = crossEdges(a, m_a.point(ofA.id[1]) - a, b, pointB(ofB.id[1]) - b);
+            isSolved = solveCrossingEdges(a, m_a.point(ofA.id[1]) - a, b, pointB(ofB.id[1]) - b);
         else if (ofA.count == 2)
-            isSolved = alongEdge(a, m_a.point(ofA.id[1]) - a, b, 1.0);
+            isSolved = solveEdgeAndVertex(a, m_a.point(ofA.id[1]) - a, b, 1.0);
         else if (ofB.count == 2)
-            isSolved = alongEdge(b, pointB(ofB.id[1]) - b, a, -1.0);
+            isSolved = solveEdgeAndVertex(b, pointB(ofB.id[1]) - b, a, -1.0);
         else
-            isSolved = between(a, b);
+            isSolved = solveVertices(a, b);
         m_areCorners = ofA.count == 1 && ofB.count == 1;
-        return isSolved && isAhead(m_a, ofA.id[0], ofA.id[1], -m_normal) &&
-               isAhead(m_b, ofB.id[0], ofB.id[1], m_normal);
+        return isSolved && isStrictSupport(m_a, ofA.id[0], ofA.id[1], -m_normal) &&
+               isStrictSupport(m_b, ofB.id[0], ofB.id[1], m_normal);
     }
 
-    bool between(const Vector& a, const Vector& b)
+    bool solveVertices(const Vector& a, const Vector& b)
     {
         m_onB = b;
         return setAlong(a - b);
@@ -170,7 +170,7 @@ private:
     }
 
     /// @param side 1: the edge is A's; -1: B's
-    bool alongEdge(const Vector& from, const Vector& edge, const Vector& vertex, double side)
+    bool solveEdgeAndVertex(const Vector& from, const Vector& edge, const Vector& vertex, double side)
     {
         const double length2 = edge.squaredNorm();
         if (!(length2 > 0.0))
@@ -178,12 +178,12 @@ private:
         const double part = edge.dot(vertex - from) / length2;
         const Vector foot = from + part * edge;
         m_onB = side > 0.0 ? vertex : foot;
-        return isPart(part) && setAlong(side * (foot - vertex));
+        return isInsideEdge(part) && setAlong(side * (foot - vertex));
     }
 
-    static bool isPart(double part) { return part > kInside && part < 1.0 - kInside; }
+    static bool isInsideEdge(double part) { return part > kInside && part < 1.0 - kInside; }
 
-    bool crossEdges(const Vector& a, const Vector& edgeA, const Vector& b, const Vector& edgeB)
+    bool solveCrossingEdges(const Vector& a, const Vector& edgeA, const Vector& b, const Vector& edgeB)
     {
         const Vector across = edgeA.cross(edgeB);
         const double across2 = across.squaredNorm();
@@ -197,7 +197,7 @@ private:
         const double partA = -apart.cross(edgeB).dot(across) * inverse;
         const double partB = -apart.cross(edgeA).dot(across) * inverse;
         m_onB = b + partB * edgeB;
-        return isPart(partA) && isPart(partB);
+        return isInsideEdge(partA) && isInsideEdge(partB);
     }
 
     // A face and a vertex
@@ -206,7 +206,7 @@ private:
     struct Plane
     {
         Vector first;
-        Vector ring;  ///< unit; counter-clockwise around it
+        Vector ccwNormal;  ///< unit; counter-clockwise around it
     };
 
     bool solveFace(const Ids& ofA, const Ids& ofB)
@@ -233,8 +233,8 @@ private:
         if (!setVertexOver(side, corners, plane, other, vertex, isOfA))
             return false;
         const Vector outward = isOfA ? Vector(-m_normal) : m_normal;
-        return isFlat ? looksAlong(side, plane, outward)
-                      : isAhead(side, three[0], three[1], outward, three[2]);
+        return isFlat ? isOuterFace(side, plane, outward)
+                      : isStrictSupport(side, three[0], three[1], outward, three[2]);
     }
 
     /// Sets the answer of a vertex strictly over a face and strictly ahead of all other vertices of its hull.
@@ -249,7 +249,7 @@ private:
         (isOfA ? m_vertexA : m_vertexB) = corners[0];
         (isOfA ? m_vertexB : m_vertexA) = vertex;
         m_areCorners = false;
-        return isAhead(other, vertex, -1, isOfA ? m_normal : Vector(-m_normal));
+        return isStrictSupport(other, vertex, -1, isOfA ? m_normal : Vector(-m_normal));
     }
 
     static bool isCloud(const Side& side) { return side.hull().kind() == HullKind::Cloud; }
@@ -288,10 +288,10 @@ private:
         const double length = std::sqrt(across.squaredNorm());
         if (!(length > kParallel2 * size * size))
             return false;
-        plane.ring = across * (1.0 / length);
+        plane.ccwNormal = across * (1.0 / length);
         for (std::int32_t i = 1; count > 3 && i < count; ++i)
         {
-            if (!(std::abs(plane.ring.dot(side.point(corners[i]) - plane.first)) <= kPlane * size))
+            if (!(std::abs(plane.ccwNormal.dot(side.point(corners[i]) - plane.first)) <= kPlane * size))
                 return false;
         }
         return true;
@@ -305,7 +305,7 @@ private:
         {
             const Vector next = side.point(corner), edge = next - last;
             // A NaN makes the comparison false.
-            if (!(plane.ring.dot(edge.cross(point - last)) > kInside * m_size * edge.cwiseAbs().sum()))
+            if (!(plane.ccwNormal.dot(edge.cross(point - last)) > kInside * m_size * edge.cwiseAbs().sum()))
                 return false;
             last = next;
         }
@@ -314,7 +314,7 @@ private:
 
     /// Whether the hull of a face is behind it along a direction; false if the hull has turned over since an earlier
     /// pose.
-    bool looksAlong(const Side& side, const Plane& plane, const Vector& direction) const
+    bool isOuterFace(const Side& side, const Plane& plane, const Vector& direction) const
     {
         // A flat hull has a face on both sides.
         return direction.dot(plane.first - side.basis * side.hull().centre()) >= -kInside * m_size;
@@ -323,7 +323,7 @@ private:
     /// @param point of the other hull, relative to the origin of the face's hull
     void setOver(const Plane& plane, const Vector& point, bool isOfA)
     {
-        m_normal = plane.ring.dot(m_about) < 0.0 ? Vector(-plane.ring) : plane.ring;
+        m_normal = plane.ccwNormal.dot(m_about) < 0.0 ? Vector(-plane.ccwNormal) : plane.ccwNormal;
         const double height = m_normal.dot(point - plane.first);
         m_distance = isOfA ? -height : height;
         m_onB = isOfA ? point : Vector(point + m_offset - m_distance * m_normal);
@@ -345,14 +345,14 @@ private:
             return false;
         const Vector offset = isOfA ? m_offset : Vector(-m_offset);
         const Corners above = levelFace(other, otherVertex, isOfA ? m_about : Vector(-m_about));
-        if (above.size() >= 3 && areLevel(other, above, plane.ring))
+        if (above.size() >= 3 && areLevel(other, above, plane.ccwNormal))
             return setLevel(side, corners, plane, other, above, offset, isOfA);
         std::array<std::int32_t, 2> edge;
-        if (levelEdge(other, otherVertex, plane.ring, isOfA, edge))
+        if (levelEdge(other, otherVertex, plane.ccwNormal, isOfA, edge))
             return setLevel(side, corners, plane, other, {edge.data(), edge.data() + 2}, offset, isOfA);
         // The foot is on a diagonal of the face.
         return !m_isDeep && setVertexOver(side, corners, plane, other, otherVertex, isOfA) &&
-               looksAlong(side, plane, isOfA ? Vector(-m_normal) : m_normal);
+               isOuterFace(side, plane, isOfA ? Vector(-m_normal) : m_normal);
     }
 
     /// The face at a vertex whose normal is nearest to a direction; none if all normals differ too much.
@@ -384,21 +384,24 @@ private:
 
     /// Finds the level edge at a vertex, its ends in ascending order; both ends are strictly ahead of all other
     /// vertices.
-    bool levelEdge(const Side& side, std::int32_t vertex, const Vector& ring, bool isOfA,
+    bool levelEdge(const Side& side, std::int32_t vertex, const Vector& ccwNormal, bool isOfA,
                    std::array<std::int32_t, 2>& edge) const
     {
         const Vector first = side.point(vertex);
         std::int32_t other = -1;
-        const auto consider = [&](std::int32_t end) {
-            other =
-                end != vertex && std::abs(ring.dot(side.point(end) - first)) <= kPlane * m_size ? end : other;
+        const auto consider = [&](std::int32_t end)
+        {
+            other = end != vertex && std::abs(ccwNormal.dot(side.point(end) - first)) <= kPlane * m_size
+                        ? end
+                        : other;
         };
-        forNeighbours(side.hull(), vertex, [&](std::int32_t end) { return consider(end), true; });
+        allOfNeighbours(side.hull(), vertex, [&](std::int32_t end) { return consider(end), true; });
         if (other < 0)
             return false;
         edge = {std::min(vertex, other), std::max(vertex, other)};
-        const Vector direction = (ring.dot(m_about) < 0.0) == isOfA ? Vector(-ring) : ring;
-        return isAhead(side, vertex, other, direction) && isAhead(side, other, vertex, direction);
+        const Vector direction = (ccwNormal.dot(m_about) < 0.0) == isOfA ? Vector(-ccwNormal) : ccwNormal;
+        return isStrictSupport(side, vertex, other, direction) &&
+               isStrictSupport(side, other, vertex, direction);
     }
 
     /// Sets the answer at the first corner that is over the other face: a corner of `above`, or of the face.
@@ -433,7 +436,7 @@ private:
     /// @param level a point of the other hull's feature
     void setLevelPoint(const Plane& plane, const Vector& place, const Vector& level, bool isOfA)
     {
-        const Vector point = place + plane.ring * plane.ring.dot(level - place);
+        const Vector point = place + plane.ccwNormal * plane.ccwNormal.dot(level - place);
         setOver(plane, point, isOfA);
     }
 
@@ -441,7 +444,7 @@ private:
 
     /// Whether visit(neighbour) is true for all neighbours of a vertex, or for all vertices of a hull without a graph.
     template <class Visit>
-    static bool forNeighbours(const Hull<S>& hull, std::int32_t vertex, const Visit& visit)
+    static bool allOfNeighbours(const Hull<S>& hull, std::int32_t vertex, const Visit& visit)
     {
         if (hull.hasNeighbours())
         {
@@ -457,23 +460,23 @@ private:
     }
 
     /// Whether all neighbours of a vertex, except one or two, are strictly behind it along a direction.
-    static bool isAhead(const Side& side, std::int32_t vertex, std::int32_t but, const Vector& direction,
-                        std::int32_t norThis = -1)
+    static bool isStrictSupport(const Side& side, std::int32_t vertex, std::int32_t but,
+                                const Vector& direction, std::int32_t alsoExcept = -1)
     {
         // A height larger than the rounding of direction and products, which most vertices exceed.
         const S clear = side.shape.tieBand() + S(8) * std::numeric_limits<S>::epsilon() * side.shape.size();
-        if (but < 0 && side.shape.isAhead(vertex, direction.template cast<S>(), clear))
+        if (but < 0 && side.shape.isStrictSupport(vertex, direction.template cast<S>(), clear))
             return true;
         const Vector local = side.basis.transpose() * direction, from = localPoint(side, vertex);
         const double slope2 = kSlope * kSlope * local.squaredNorm();
-        return forNeighbours(side.hull(), vertex,
-                             [&](std::int32_t other)
-                             {
-                                 const Vector way = localPoint(side, other) - from;
-                                 const double rise = local.dot(way);
-                                 return other == vertex || other == but || other == norThis ||
-                                        (rise < 0.0 && rise * rise > slope2 * way.squaredNorm());
-                             });
+        return allOfNeighbours(side.hull(), vertex,
+                               [&](std::int32_t other)
+                               {
+                                   const Vector way = localPoint(side, other) - from;
+                                   const double rise = local.dot(way);
+                                   return other == vertex || other == but || other == alsoExcept ||
+                                          (rise < 0.0 && rise * rise > slope2 * way.squaredNorm());
+                               });
     }
 
     static Vector localPoint(const Side& side, std::int32_t vertex)

@@ -83,7 +83,7 @@ private:
             if (m_search.isTouching())
                 return finish(GjkState::Overlapping, nullptr, result);
             const Eigen::Vector3d v = m_search.closest();
-            const Support s = m_isLikelyDone ? m_search.supportAmongOwn() : m_search.supportAgainst(v);
+            const Support s = m_isLikelyDone ? m_search.supportNearSimplex() : m_search.supportAgainst(v);
             const double along = v.dot(s.w);
             m_observer(v, along);
             if (along > 0.0 && along * along > m_limit * m_limit * m_search.length2())
@@ -192,8 +192,8 @@ template <class S, class H, class Observer>
 ///
 /// @return false if no overlap was proved; then the cache is unchanged
 template <class S, class H, class Observer>
-[[gnu::noinline]] bool gjkInCorner(const PosedHull<H>& a, const PosedHull<H>& b, GjkCache<S>& cache,
-                                   Observer& observer, GjkResult<S>& result)
+[[gnu::noinline]] bool gjkOverlapFromCorner(const PosedHull<H>& a, const PosedHull<H>& b, GjkCache<S>& cache,
+                                            Observer& observer, GjkResult<S>& result)
 {
     AxisTest<H> failed;
     failed.along = H(-1);
@@ -237,13 +237,13 @@ template <class S, class H, class Observer>
         return false;
     AxisTest<H> first;
     const bool isFresh = !remembersAxis(cache);
-    if (!isFresh && isaGjkOnAxis(a, b, H(0), cache, observer, first))
+    if (!isFresh && isaGjkOnCachedAxis(a, b, H(0), cache, observer, first))
     {
         result = separatedOnAxis(first, cache);
         return true;
     }
     AxisTest<H> test = first;
-    return isaGjkOffAxis(a, b, H(0), cache, observer, result, test, true, isFresh);
+    return isaGjkBeforeSearch(a, b, H(0), cache, observer, result, test, true, isFresh);
 }
 
 /// Answers a distance query of two hulls without a search. If the cache has neither a corner nor an edge or face of A -
@@ -257,10 +257,10 @@ template <class S, class H, class Observer>
 {
     if (static_cast<unsigned>(cache.count) - 1u >= 3u)
     {
-        const bool isTold = remembersTetrahedron(cache)
-                                ? isaGjkFromTetrahedron(a, b, H(0), cache, observer, result)
-                                : gjkFromAxis(a, b, cache, observer, result);
-        if (!isTold)
+        const bool isAnswered = remembersTetrahedron(cache)
+                                    ? isaGjkFromTetrahedron(a, b, H(0), cache, observer, result)
+                                    : gjkFromAxis(a, b, cache, observer, result);
+        if (!isAnswered)
             return false;
         if (result.state == GjkState::Overlapping)
             return true;
@@ -268,7 +268,7 @@ template <class S, class H, class Observer>
     }
     return (cache.count == 1 && gjkFromVertices(a, b, maxDistance, cache, observer, result)) ||
            gjkFromCorner(a, b, maxDistance, cache, observer, result) ||
-           gjkInCorner(a, b, cache, observer, result);
+           gjkOverlapFromCorner(a, b, cache, observer, result);
 }
 
 /// Other shapes have no graph.

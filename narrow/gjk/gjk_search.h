@@ -80,12 +80,12 @@ public:
         {
             const SupportPoint a = m_a.support(-v, startA);
             const SupportPoint b = m_b.support(v, startB);
-            return note({a.point - b.point - m_offset, a.point, a.vertex, b.vertex});
+            return recordSize({a.point - b.point - m_offset, a.point, a.vertex, b.vertex});
         }
     }
 
     /// Support point against closest(), for a simplex that likely contains it already.
-    Support supportAmongOwn()
+    Support supportNearSimplex()
     {
         if constexpr (HasVertexAmong<A, B>::value)
         {
@@ -96,7 +96,7 @@ public:
                 ofB[i] = m_tags[i].vertexB;
             }
             const auto direction = A::usableDirection(m_closest);
-            const auto [vertexA, vertexB] = A::verticesAmong(m_a, m_b, direction, ofA, ofB, m_count);
+            const auto [vertexA, vertexB] = A::supportsNearSimplex(m_a, m_b, direction, ofA, ofB, m_count);
             for (int i = 0; i < m_count; ++i)
             {
                 if (m_tags[i].vertexA == vertexA && m_tags[i].vertexB == vertexB)
@@ -115,7 +115,7 @@ public:
     {
         Eigen::Vector3d a, b;
         m_placement.place(vertexA, vertexB, a, b);
-        return note({a - b - m_offset, a, vertexA, vertexB});
+        return recordSize({a - b - m_offset, a, vertexA, vertexB});
     }
 
     /// Starts from one point.
@@ -128,17 +128,17 @@ public:
 
     /// Starts from the support points against four directions, those of a regular tetrahedron: the thesis, section
     /// 6.2.1. Equal points are added once.
-    /// @param see called with each direction and support point
-    /// @return false if see() did for one of them; then the simplex is not solved
-    template <class See>
-    bool startFromFour(const See& see)
+    /// @param observe called with each direction and support point
+    /// @return false if observe() did for one of them; then the simplex is not solved
+    template <class Observe>
+    bool startFromFour(const Observe& observe)
     {
         m_count = 0;
         for (const Eigen::Vector3d& v : {Eigen::Vector3d(1, 1, 1), Eigen::Vector3d(1, -1, -1),
                                          Eigen::Vector3d(-1, 1, -1), Eigen::Vector3d(-1, -1, 1)})
         {
             const Support s = supportAgainst(v);
-            if (!see(v, s))
+            if (!observe(v, s))
                 return false;
             if (!has(s))
                 push(s);
@@ -269,13 +269,13 @@ private:
         std::int32_t vertexA, vertexB;
     };
 
-    const Support& note(const Support& s)
+    const Support& recordSize(const Support& s)
     {
-        note(s.w);
+        recordSize(s.w);
         return s;
     }
 
-    void note(const Eigen::Vector3d& w)
+    void recordSize(const Eigen::Vector3d& w)
     {
         const double length2 = w.squaredNorm();
         m_sum2 += length2;
@@ -288,7 +288,7 @@ private:
         m_placement.place(vertexA, vertexB, a, b);
         m_points[m_count] = a - b - m_offset;
         m_tags[m_count] = {a, vertexA, vertexB};
-        note(m_points[m_count]);
+        recordSize(m_points[m_count]);
         ++m_count;
     }
 

@@ -41,8 +41,8 @@ inline Eigen::Matrix<S, 3, 1> scaledAxis(const Eigen::Matrix<S, 3, 1>& direction
 template <class S>
 inline S squareOfLimit(S limit)
 {
-    constexpr S kLeast = sizeof(S) == sizeof(float) ? S(1e-18) : S(1e-153);
-    return limit * std::max(limit, kLeast);
+    constexpr S kMinFactor = sizeof(S) == sizeof(float) ? S(1e-18) : S(1e-153);
+    return limit * std::max(limit, kMinFactor);
 }
 
 /// Two posed hulls, for tests in their own scalar with a bound of the rounding errors, instead of points in double.
@@ -100,8 +100,8 @@ public:
         // For two points the line between them is the best axis.
         if (!(size() > S(0)))
             return axis;
-        const Point aside = point(test.vertexA, test.vertexB) - axis * (test.along / length2);
-        const Point turned = axis + aside * (by * squareRoot(length2) / size());
+        const Point lateral = point(test.vertexA, test.vertexB) - axis * (test.along / length2);
+        const Point turned = axis + lateral * (by * squareRoot(length2) / size());
         // For very small shapes a quotient may not be finite.
         return isTestable(turned) ? turned : axis;
     }
@@ -122,7 +122,8 @@ public:
         return {v[0], v[1], v[2]};
     }
 
-    /// Whether testFresh() and testAnew() accept an axis without scaling: it is neither very long nor very short.
+    /// Whether testFirstAxis() and testWithoutStart() accept an axis without scaling: it is neither very long nor very
+    /// short.
     [[gnu::always_inline]] static bool isTestable(const Point& axis)
     {
         return isTestable(axis[0] * axis[0] + axis[1] * axis[1] + axis[2] * axis[2]);
@@ -143,7 +144,7 @@ public:
 
     /// test() without start vertices.
     /// @param axis isTestable()
-    [[gnu::always_inline]] AxisTest<S> testAnew(const Point& axis, S limit2) const
+    [[gnu::always_inline]] AxisTest<S> testWithoutStart(const Point& axis, S limit2) const
     {
         return testWith<false>(
             axis, limit2, [&](const Vector& localA, const Vector& localB) __attribute__((always_inline)) {
@@ -153,9 +154,9 @@ public:
 
     /// test() of the cached axis, with which most queries end; it then keeps the pair in registers. The support vertex
     /// of a hull with few vertices stays unknown.
-    [[gnu::always_inline]] static AxisTest<S> testFirst(const PosedHull<S>& a, const PosedHull<S>& b,
-                                                        const Point& axis, S limit2, std::int32_t startA,
-                                                        std::int32_t startB)
+    [[gnu::always_inline]] static AxisTest<S> testCachedAxis(const PosedHull<S>& a, const PosedHull<S>& b,
+                                                             const Point& axis, S limit2, std::int32_t startA,
+                                                             std::int32_t startB)
     {
         const S length2 = axis[0] * axis[0] + axis[1] * axis[1] + axis[2] * axis[2];
         if (!isInRange<true>(length2))
@@ -164,16 +165,17 @@ public:
         toLocal(a, b, axis, localA, localB);
         const Hits hits = {height(a, localA, startA), height(b, localB, startB)};
         // A pair constructed earlier would occupy registers that the supports need, which costs a tenth of a query.
-        return HullPair(a, b).template judge<true>(axis, length2, limit2, hits);
+        return HullPair(a, b).template evaluate<true>(axis, length2, limit2, hits);
     }
 
-    /// testAnew() with unknown support vertices for hulls of few vertices and for hulls scanned in wide registers.
+    /// testWithoutStart() with unknown support vertices for hulls of few vertices and for hulls scanned in wide
+    /// registers.
     /// @param axis isTestable()
-    [[gnu::always_inline]] AxisTest<S> testFresh(const Point& axis, S limit2) const
+    [[gnu::always_inline]] AxisTest<S> testFirstAxis(const Point& axis, S limit2) const
     {
         return testWith<false>(
             axis, limit2, [&](const Vector& localA, const Vector& localB) __attribute__((always_inline)) {
-                if (m_a.isFew() && m_b.isFew())
+                if (m_a.hasFewVertices() && m_b.hasFewVertices())
                     return Hits{height(m_a, localA, -1), height(m_b, localB, -1)};
                 if (areScannedWide())
                     return wideHeights(localA, localB);
@@ -191,7 +193,8 @@ public:
         const Vector squares = m_offset * m_offset;
         // This rejects most pairs that are too close; size() is a bound for rotations only, so it serves as a filter,
         // not as a proof.
-        if ((m_a.isFew() && m_b.isFew()) || !(Quad<S>::sumOfThree(squares) > size() * size()))
+        if ((m_a.hasFewVertices() && m_b.hasFewVertices()) ||
+            !(Quad<S>::sumOfThree(squares) > size() * size()))
             return AxisTest<S>();
         return testWith<false>(
             axis, limit2, [&](const Vector& localA, const Vector& localB) __attribute__((always_inline)) {
@@ -252,7 +255,7 @@ private:
             return AxisTest<S>();
         Vector localA, localB;
         toLocal(m_a, m_b, v, localA, localB);
-        return judge<kIsScaled>(v, length2, limit2, find(localA, localB));
+        return evaluate<kIsScaled>(v, length2, limit2, find(localA, localB));
     }
 
     /// The directions of a pair's supports for an axis, in the axes of the hulls.
@@ -272,14 +275,14 @@ private:
 
     /// Evaluates the support vertices along an axis v.
     template <bool kIsScaled>
-    [[gnu::always_inline]] AxisTest<S> judge(const Point& v, S length2, S limit2, const Hits& hits) const
+    [[gnu::always_inline]] AxisTest<S> evaluate(const Point& v, S length2, S limit2, const Hits& hits) const
     {
         // Negative where they separate, so that no sign has to be changed before the comparison.
         const S against =
             (hits.a.height + hits.b.height) + (v[0] * m_offset[0] + v[1] * m_offset[1] + v[2] * m_offset[2]);
-        const S sure = against + boundOfLength<kIsScaled>(v) * (std::numeric_limits<S>::epsilon() * m_reach);
+        const S upper = against + boundOfLength<kIsScaled>(v) * (std::numeric_limits<S>::epsilon() * m_reach);
         AxisTest<S> test;
-        test.isProved = sure < S(0) && sure * sure > limit2 * length2;
+        test.isProved = upper < S(0) && upper * upper > limit2 * length2;
         test.along = -against;
         test.vertexA = hits.a.vertex;
         test.vertexB = hits.b.vertex;
@@ -290,24 +293,24 @@ private:
     [[gnu::always_inline]] static SupportHit<S> height(const PosedHull<S>& shape, const Vector& d,
                                                        std::int32_t start)
     {
-        if (shape.isFew())
+        if (shape.hasFewVertices())
             return {-1, largestProduct(shape.hull(), LaneDirection<S>(d))};
         SupportHit<S> hit = {start, S(0)};
         if (isSupport(shape, d, hit))
             return hit;
         // A copy here keeps the direction in registers until then.
         const Vector direction = d;
-        return heightBeside(shape, direction, hit.vertex);
+        return heightNearVertex(shape, direction, hit.vertex);
     }
 
     /// Not inlined, since a loop would keep the direction in memory.
     ///
-    /// @param vertex see hitBeside()
-    [[gnu::noinline]] static SupportHit<S> heightBeside(const PosedHull<S>& shape, const Vector& d,
-                                                        std::int32_t vertex)
+    /// @param vertex see hitNearVertex()
+    [[gnu::noinline]] static SupportHit<S> heightNearVertex(const PosedHull<S>& shape, const Vector& d,
+                                                            std::int32_t vertex)
     {
         if (shape.method() == SupportMethod::Automatic)
-            return hitBeside(shape.hull(), d, shape.tieBand(), vertex);
+            return hitNearVertex(shape.hull(), d, shape.tieBand(), vertex);
         return search(shape, {d[0], d[1], d[2]}, vertex);
     }
 
@@ -372,7 +375,7 @@ private:
     [[gnu::always_inline]] static Hits searchBoth(const PosedHull<S>& a, const Vector& dA,
                                                   const PosedHull<S>& b, const Vector& dB)
     {
-        if (a.isFew() && b.isFew())
+        if (a.hasFewVertices() && b.hasFewVertices())
             return {hitFew(a.hull(), LaneDirection<S>(dA)), hitFew(b.hull(), LaneDirection<S>(dB))};
         if (isMapped(a) && isMapped(b))
             return climbFromMaps(a.hull(), {dA[0], dA[1], dA[2]}, b.hull(), {dB[0], dB[1], dB[2]});

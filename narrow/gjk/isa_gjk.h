@@ -157,15 +157,15 @@ template <class S, class H, class Observer>
 /// @param again [out] the new axis
 /// @return false if nothing was proved
 template <class S, class H, class Observer>
-[[gnu::noinline]] bool isaGjkUphill(const HullPair<H>& pair, H limit2, const AxisTest<H>& test,
-                                    GjkCache<S>& cache, Observer& observer, GjkResult<S>& result,
-                                    AxisTest<H>& again)
+[[gnu::noinline]] bool isaGjkGradientStep(const HullPair<H>& pair, H limit2, const AxisTest<H>& test,
+                                          GjkCache<S>& cache, Observer& observer, GjkResult<S>& result,
+                                          AxisTest<H>& again)
 {
     using Vector = Eigen::Matrix<H, 3, 1>;
     const Vector failed(cache.axis[0], cache.axis[1], cache.axis[2]);
     const H length2 = failed.squaredNorm(), length = squareRoot(length2);
-    const Vector aside = pair.point(test.vertexA, test.vertexB) - failed * (test.along / length2);
-    const Vector axis = scaledAxis<H>(failed + aside * (length / (pair.size() + test.along / length)));
+    const Vector lateral = pair.point(test.vertexA, test.vertexB) - failed * (test.along / length2);
+    const Vector axis = scaledAxis<H>(failed + lateral * (length / (pair.size() + test.along / length)));
     again = pair.test(axis, limit2, test.vertexA, test.vertexB);
     if (again.vertexA >= 0)
         observer(axis.template cast<double>(), static_cast<double>(again.along));
@@ -191,7 +191,7 @@ template <class S, class H, class Observer>
     keepAxis(steps.axis(), steps.test(), cache, result);
     // A small tilt, since the axis is nearly the best; none for hulls of few vertices, which are scanned.
     constexpr H kTilt = H(0.1);
-    if (!pair.a().isFew() || !pair.b().isFew())
+    if (!pair.a().hasFewVertices() || !pair.b().hasFewVertices())
         rememberAxis(scaledAxis(pair.tilted(steps.axis(), steps.test(), kTilt)), cache);
     return true;
 }
@@ -220,13 +220,13 @@ bool isCornerPromising(const PosedHull<H>& a, const PosedHull<H>& b, const AxisT
 /// Tries to replace an axis that separates by less than the limit, without a search in double. Not inlined, see
 /// isaGjkFromTetrahedron().
 template <class S, class H, class Observer>
-[[gnu::noinline]] bool isaGjkForGap(const HullPair<H>& pair, const Eigen::Matrix<H, 3, 1>& axis, H limit2,
-                                    const AxisTest<H>& test, GjkCache<S>& cache, Observer& observer,
-                                    GjkResult<S>& result)
+[[gnu::noinline]] bool isaGjkWidenGap(const HullPair<H>& pair, const Eigen::Matrix<H, 3, 1>& axis, H limit2,
+                                      const AxisTest<H>& test, GjkCache<S>& cache, Observer& observer,
+                                      GjkResult<S>& result)
 {
     const bool areRound = isRound(pair.a(), pair.b());
     AxisTest<H> again;
-    if (areRound ? isaGjkUphill(pair, limit2, test, cache, observer, result, again)
+    if (areRound ? isaGjkGradientStep(pair, limit2, test, cache, observer, result, again)
                  : isaGjkFromSimplex(pair, limit2, test, again, cache, observer, result))
         return true;
     if (isCornerPromising(pair.a(), pair.b(), test, axis, limit2) &&
@@ -237,12 +237,12 @@ template <class S, class H, class Observer>
 
 /// Tries to answer from a failed axis, without a search in double. Not inlined, see isaGjkFromTetrahedron().
 template <class S, class H, class Observer>
-[[gnu::noinline]] bool isaGjkBeside(const HullPair<H>& pair, const Eigen::Matrix<H, 3, 1>& axis, H limit2,
-                                    const AxisTest<H>& test, GjkCache<S>& cache, Observer& observer,
-                                    GjkResult<S>& result)
+[[gnu::noinline]] bool isaGjkRepairAxis(const HullPair<H>& pair, const Eigen::Matrix<H, 3, 1>& axis, H limit2,
+                                        const AxisTest<H>& test, GjkCache<S>& cache, Observer& observer,
+                                        GjkResult<S>& result)
 {
     if (test.along > H(0) && limit2 > H(0))
-        return isaGjkForGap(pair, axis, limit2, test, cache, observer, result);
+        return isaGjkWidenGap(pair, axis, limit2, test, cache, observer, result);
     return isCornerPromising(pair.a(), pair.b(), test, axis, limit2) &&
            isaGjkFromCorner(pair.a(), pair.b(), limit2, test, cache, observer, result);
 }
@@ -253,8 +253,9 @@ template <class S, class H, class Observer>
 /// @param test [out] how the axis failed
 /// @return whether it proves the gap
 template <class S, class H, class Observer>
-[[gnu::noinline]] bool isaGjkFresh(const PosedHull<H>& a, const PosedHull<H>& b, H limit2, GjkCache<S>& cache,
-                                   Observer& observer, GjkResult<S>& result, AxisTest<H>& test)
+[[gnu::noinline]] bool isaGjkOnFirstAxis(const PosedHull<H>& a, const PosedHull<H>& b, H limit2,
+                                         GjkCache<S>& cache, Observer& observer, GjkResult<S>& result,
+                                         AxisTest<H>& test)
 {
     // Test results are about the cache's axis, which has float coordinates; only for float hulls is it the axis between
     // the centres up to its length.
@@ -271,15 +272,15 @@ template <class S, class H, class Observer>
         scale > H(0) ? Eigen::Matrix<H, 3, 1>(between * scale) : Eigen::Matrix<H, 3, 1>(1, 0, 0);
     rememberAxis(scaled, cache);
     // Tested unscaled where possible, since the scale would add latency.
-    const bool isDirect = HullPair<H>::isTestable(between);
-    const AxisTest<H> balls = pair.testBalls(isDirect ? between : scaled, limit2);
+    const bool isUnscaled = HullPair<H>::isTestable(between);
+    const AxisTest<H> balls = pair.testBalls(isUnscaled ? between : scaled, limit2);
     if (balls.isProved)
     {
         keepSeparated<S>(scaled.template cast<S>(), balls, cache, result);
         return true;
     }
-    const AxisTest<H> first = pair.testFresh(isDirect ? between : scaled, limit2);
-    const H along = isDirect ? first.along * scale : first.along;
+    const AxisTest<H> first = pair.testFirstAxis(isUnscaled ? between : scaled, limit2);
+    const H along = isUnscaled ? first.along * scale : first.along;
     if (first.isProved)
     {
         observer(scaled.template cast<double>(), static_cast<double>(along));
@@ -298,14 +299,14 @@ template <class S, class H, class Observer>
 ///             that may be -1
 /// @return whether it proves the gap
 template <class S, class H, class Observer>
-[[gnu::always_inline]] inline bool isaGjkOnAxis(const PosedHull<H>& a, const PosedHull<H>& b, H limit2,
-                                                const GjkCache<S>& cache, Observer& observer,
-                                                AxisTest<H>& test)
+[[gnu::always_inline]] inline bool isaGjkOnCachedAxis(const PosedHull<H>& a, const PosedHull<H>& b, H limit2,
+                                                      const GjkCache<S>& cache, Observer& observer,
+                                                      AxisTest<H>& test)
 {
     if (test.vertexA >= 0)
         return false;
     const Eigen::Matrix<H, 3, 1> axis(cache.axis[0], cache.axis[1], cache.axis[2]);
-    test = HullPair<H>::testFirst(a, b, axis, limit2, cache.startA, cache.startB);
+    test = HullPair<H>::testCachedAxis(a, b, axis, limit2, cache.startA, cache.startB);
     if (test.isProved)
         observer(axis.template cast<double>(), static_cast<double>(test.along));
     return test.isProved;
@@ -323,32 +324,32 @@ template <class S, class H>
 /// Answers queries of two hulls that the first test does not end, without a search in double. Not inlined, see
 /// isaGjkFromTetrahedron().
 ///
-/// @param looksAround whether to use the corner where the axis fails
-/// @param test        [in, out] see isaGjkOnAxis()
+/// @param usesCorner whether to use the corner where the axis fails
+/// @param test        [in, out] see isaGjkOnCachedAxis()
 template <class S, class H, class Observer>
-[[gnu::noinline]] bool isaGjkQuickly(const PosedHull<H>& a, const PosedHull<H>& b, H limit2,
-                                     GjkCache<S>& cache, Observer& observer, GjkResult<S>& result,
-                                     AxisTest<H>& test, bool looksAround)
+[[gnu::noinline]] bool isaGjkFromFailedAxis(const PosedHull<H>& a, const PosedHull<H>& b, H limit2,
+                                            GjkCache<S>& cache, Observer& observer, GjkResult<S>& result,
+                                            AxisTest<H>& test, bool usesCorner)
 {
     const Eigen::Matrix<H, 3, 1> axis(cache.axis[0], cache.axis[1], cache.axis[2]);
     const HullPair<H> pair(a, b);
     if (test.vertexA < 0 || test.vertexB < 0)
     {
-        const AxisTest<H> named = pair.testAnew(axis, limit2);
-        if (named.isProved)
+        const AxisTest<H> tested = pair.testWithoutStart(axis, limit2);
+        if (tested.isProved)
         {
-            observer(axis.template cast<double>(), static_cast<double>(named.along));
-            keepSeparated<S>(axis.template cast<S>(), named, cache, result);
+            observer(axis.template cast<double>(), static_cast<double>(tested.along));
+            keepSeparated<S>(axis.template cast<S>(), tested, cache, result);
             return true;
         }
-        test.along = named.along;
-        test.vertexA = named.vertexA;
-        test.vertexB = named.vertexB;
+        test.along = tested.along;
+        test.vertexA = tested.vertexA;
+        test.vertexB = tested.vertexB;
     }
     if (test.vertexA < 0)
         return false;
     observer(axis.template cast<double>(), static_cast<double>(test.along));
-    return looksAround && isaGjkBeside(pair, axis, limit2, test, cache, observer, result);
+    return usesCorner && isaGjkRepairAxis(pair, axis, limit2, test, cache, observer, result);
 }
 
 /// The scalar of a shape's own arithmetic.
@@ -366,20 +367,20 @@ struct ShapeScalar<PosedHull<H>>
 
 /// Other shapes always need the search.
 template <class S, class A, class B, class H, class Observer>
-bool isaGjkFresh(const A& a, const B& b, H, GjkCache<S>& cache, Observer&, GjkResult<S>&, AxisTest<H>&)
+bool isaGjkOnFirstAxis(const A& a, const B& b, H, GjkCache<S>& cache, Observer&, GjkResult<S>&, AxisTest<H>&)
 {
     cache.axis = firstAxis(a, b);
     return false;
 }
 
 template <class S, class A, class B, class H, class Observer>
-bool isaGjkOnAxis(const A&, const B&, H, const GjkCache<S>&, Observer&, AxisTest<H>&)
+bool isaGjkOnCachedAxis(const A&, const B&, H, const GjkCache<S>&, Observer&, AxisTest<H>&)
 {
     return false;
 }
 
 template <class S, class A, class B, class H, class Observer>
-bool isaGjkQuickly(const A&, const B&, H, GjkCache<S>&, Observer&, GjkResult<S>&, AxisTest<H>&, bool)
+bool isaGjkFromFailedAxis(const A&, const B&, H, GjkCache<S>&, Observer&, GjkResult<S>&, AxisTest<H>&, bool)
 {
     return false;
 }
@@ -401,13 +402,13 @@ bool remembersAxis(const GjkCache<S>& cache)
 /// a pair without history and the corner where an axis fails.
 ///
 /// @param isFresh     the cache has no axis
-/// @param test        [in, out] see isaGjkOnAxis()
-/// @param looksAround see isaGjkQuickly()
+/// @param test        [in, out] see isaGjkOnCachedAxis()
+/// @param usesCorner see isaGjkFromFailedAxis()
 /// @return false if nothing was proved
 template <class S, class A, class B, class H, class Observer>
-[[gnu::always_inline]] inline bool isaGjkOffAxis(const A& a, const B& b, H limit2, GjkCache<S>& cache,
-                                                 Observer& observer, GjkResult<S>& result, AxisTest<H>& test,
-                                                 bool looksAround, bool isFresh)
+[[gnu::always_inline]] inline bool isaGjkBeforeSearch(const A& a, const B& b, H limit2, GjkCache<S>& cache,
+                                                      Observer& observer, GjkResult<S>& result,
+                                                      AxisTest<H>& test, bool usesCorner, bool isFresh)
 {
     if (remembersTetrahedron(cache))
     {
@@ -417,27 +418,27 @@ template <class S, class A, class B, class H, class Observer>
             cache.axis = firstAxis(a, b);
         return false;
     }
-    return (isFresh && isaGjkFresh(a, b, limit2, cache, observer, result, test)) ||
-           isaGjkQuickly(a, b, limit2, cache, observer, result, test, looksAround);
+    return (isFresh && isaGjkOnFirstAxis(a, b, limit2, cache, observer, result, test)) ||
+           isaGjkFromFailedAxis(a, b, limit2, cache, observer, result, test, usesCorner);
 }
 
 /// The part of isaGjk() after the first test. A separate function, so that its objects are not in memory earlier and
 /// its result is not copied.
 ///
-/// @param first   see isaGjkOnAxis()
+/// @param first   see isaGjkOnCachedAxis()
 /// @param isFresh the cache has no axis
 template <class S, class A, class B, class H, class Observer>
-[[gnu::always_inline]] inline GjkResult<S> isaGjkAfterAxis(const A& a, const B& b, H limit,
-                                                           GjkCache<S>& cache, Observer& observer,
-                                                           IsaGjkVariant variant, const AxisTest<H>& first,
-                                                           bool isFresh)
+[[gnu::always_inline]] inline GjkResult<S> isaGjkAfterCachedAxis(const A& a, const B& b, H limit,
+                                                                 GjkCache<S>& cache, Observer& observer,
+                                                                 IsaGjkVariant variant,
+                                                                 const AxisTest<H>& first, bool isFresh)
 {
     GjkResult<S> result;
     AxisTest<H> test = first;
     if (variant.start == GjkStart::Memory)
     {
-        if (isaGjkOffAxis(a, b, squareOfLimit(limit), cache, observer, result, test, variant.reflections <= 0,
-                          isFresh))
+        if (isaGjkBeforeSearch(a, b, squareOfLimit(limit), cache, observer, result, test,
+                               variant.reflections <= 0, isFresh))
             return result;
     }
     else if (isFresh)
@@ -474,9 +475,9 @@ template <class S, class A, class B, class Observer>
     AxisTest<Scalar> first = failed;
     const bool isFresh = !remembersAxis(cache);
     if (variant.start == GjkStart::Memory && !isFresh && !remembersTetrahedron(cache) &&
-        isaGjkOnAxis(a, b, squareOfLimit(limit), cache, observer, first))
+        isaGjkOnCachedAxis(a, b, squareOfLimit(limit), cache, observer, first))
         return separatedOnAxis(first, cache);
-    return isaGjkAfterAxis(a, b, limit, cache, observer, variant, first, isFresh);
+    return isaGjkAfterCachedAxis(a, b, limit, cache, observer, variant, first, isFresh);
 }
 
 template <class S, class A, class B, class Observer>

@@ -54,7 +54,7 @@ public:
             const Point w = testBeyond(faces, face, isOutsideOfOne);
             if (isStuck())
                 return m_test.isProved ? GjkState::Separated : GjkState::NotConverged;
-            replace(isOutsideOfOne ? laneToGo(face, w, faces.isUp(face)) : face, w);
+            replace(isOutsideOfOne ? laneToReplace(face, w, faces.isNormalOutward(face)) : face, w);
             if (m_test.isProved)
                 return GjkState::Separated;
         }
@@ -118,14 +118,15 @@ private:
             // Weight of the opposite point for the origin, times the volume.
             m_weight = kParity * (q.x * (r.y * s.z - r.z * s.y) + q.y * (r.z * s.x - r.x * s.z) +
                                   q.z * (r.x * s.y - r.y * s.x));
-            setDoubt(p, reach);
+            setErrorBound(p, reach);
         }
 
         /// Whether the origin is proved to be inside.
         bool areProved() const
         {
             constexpr unsigned kAll = 15;
-            return quadBits<S>(m_weight > m_doubt) == kAll || quadBits<S>(-m_weight > m_doubt) == kAll;
+            return quadBits<S>(m_weight > m_errorBound) == kAll ||
+                   quadBits<S>(-m_weight > m_errorBound) == kAll;
         }
 
         /// Bit f: the origin is outside of face f.
@@ -157,7 +158,7 @@ private:
         /// further motion.
         ///
         /// @param slope weight of the second face's unit normal; that of the first is 1
-        Point leaning(int face, S slope) const
+        Point tiltedNormal(int face, S slope) const
         {
             Vector norm2, beyond2;
             findDistances(norm2, beyond2);
@@ -172,11 +173,11 @@ private:
         }
 
         /// Whether the normal as computed points outwards.
-        bool isUp(int face) const { return ((face & 1) != 0 ? -m_volume : m_volume) < S(0); }
+        bool isNormalOutward(int face) const { return ((face & 1) != 0 ? -m_volume : m_volume) < S(0); }
         /// Outwards, of any length.
         Point normal(int face) const
         {
-            const S sign = isUp(face) ? S(1) : S(-1);
+            const S sign = isNormalOutward(face) ? S(1) : S(-1);
             return {m_normal.x[face] * sign, m_normal.y[face] * sign, m_normal.z[face] * sign};
         }
 
@@ -201,7 +202,7 @@ private:
         /// products of errors; rounding contributes 5.3 u |q| |r| |s|. Underflow, in the determinants and in this
         /// bound, loses less than 16 times the smallest normal number, even with flush to zero: a dozen products at
         /// most. Where coordinates above 1 could magnify that loss, the other bounds are far larger.
-        [[gnu::always_inline]] void setDoubt(const Points& p, S reach)
+        [[gnu::always_inline]] void setErrorBound(const Points& p, S reach)
         {
             constexpr S kEpsilon = std::numeric_limits<S>::epsilon();
             const S d = S(2.6) * kEpsilon * reach;
@@ -215,11 +216,11 @@ private:
             const Vector ofS = CULLET_SHUFFLE(norm, norm, 3, 0, 1, 2);
             const Vector ofRS = ofR * ofS;
             constexpr S kUnderflow = S(16) * std::numeric_limits<S>::min();
-            m_doubt = d * (ofRS + ofQ * (ofR + ofS)) + S(3) * kEpsilon * (ofQ * ofRS) + kUnderflow;
+            m_errorBound = d * (ofRS + ofQ * (ofR + ofS)) + S(3) * kEpsilon * (ofQ * ofRS) + kUnderflow;
         }
 
         Points m_normal;
-        Vector m_weight, m_doubt, m_beyond;
+        Vector m_weight, m_errorBound, m_beyond;
         S m_volume = S(0);
     };
 
@@ -259,18 +260,18 @@ private:
     {
         const Point normal = faces.normal(face);
         const S heightOfFace = normal.dot(corner((face + 1) & 3));
-        for (bool isLeaning = isOutsideOfOne;; isLeaning = false)
+        for (bool isTilted = isOutsideOfOne;; isTilted = false)
         {
-            m_axis = isLeaning ? faces.leaning(face, kSlope / S(1 + m_iterations)) : normal;
+            m_axis = isTilted ? faces.tiltedNormal(face, kSlope / S(1 + m_iterations)) : normal;
             if (!HullPair<S>::isTestable(m_axis))
                 m_axis = scaledAxis(m_axis);
             // Without a start vertex: where measured, a climb takes longer than the scan or the table.
-            m_test = m_pair.testAnew(m_axis, m_limit2);
+            m_test = m_pair.testWithoutStart(m_axis, m_limit2);
             if (m_test.vertexA >= 0)
                 m_observer(m_axis.template cast<double>(), static_cast<double>(m_test.along));
             const Point w =
                 m_test.vertexA >= 0 ? m_pair.point(m_test.vertexA, m_test.vertexB) : Point::Zero();
-            if (!isLeaning || m_test.isProved || (!isStuck() && normal.dot(w) < heightOfFace))
+            if (!isTilted || m_test.isProved || (!isStuck() && normal.dot(w) < heightOfFace))
                 return w;
         }
     }
@@ -280,15 +281,16 @@ private:
     /// The lane of the corner to replace: the ray from the opposite point through the origin leaves by the triangle of
     /// w and an edge of the face, and the corner is not in that triangle. The plane of the ray and w separates the ends
     /// of that edge.
-    int laneToGo(int face, const Point& w, bool isUp) const
+    int laneToReplace(int face, const Point& w, bool isNormalOutward) const
     {
         const Point m = corner(face).cross(w);
         const Vector s = m[0] * m_p.x + m[1] * m_p.y + m[2] * m_p.z;
-        const unsigned bits = quadBits<S>(isUp ? s > Vector{} : s < Vector{});
+        const unsigned bits = quadBits<S>(isNormalOutward ? s > Vector{} : s < Vector{});
         // Index: the bits of the corners face + 1, + 2 and + 3. Entry: which of them to replace; 0: the opposite one.
-        constexpr unsigned kToGo = 0 | 3 << 2 | 1 << 4 | 1 << 6 | 2 << 8 | 3 << 10 | 2 << 12 | 0 << 14;
+        constexpr unsigned kReplacedCorners =
+            0 | 3 << 2 | 1 << 4 | 1 << 6 | 2 << 8 | 3 << 10 | 2 << 12 | 0 << 14;
         const unsigned ofCorners = ((bits | bits << 4) >> (face + 1)) & 7u;
-        return (face + static_cast<int>(kToGo >> (2 * ofCorners) & 3u)) & 3;
+        return (face + static_cast<int>(kReplacedCorners >> (2 * ofCorners) & 3u)) & 3;
     }
 
     [[gnu::always_inline]] void replace(int lane, const Point& w)

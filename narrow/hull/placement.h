@@ -72,8 +72,8 @@ public:
     }
 
     /// The vector from one point of A - B to another.
-    [[gnu::always_inline]] Eigen::Vector3d way(std::int32_t fromA, std::int32_t fromB, std::int32_t toA,
-                                               std::int32_t toB) const
+    [[gnu::always_inline]] Eigen::Vector3d edgeVector(std::int32_t fromA, std::int32_t fromB,
+                                                      std::int32_t toA, std::int32_t toB) const
     {
         const Pair x =
             pairOf(m_hullA.x(), toA, m_hullB.x(), toB) - pairOf(m_hullA.x(), fromA, m_hullB.x(), fromB);

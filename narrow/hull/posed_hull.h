@@ -57,7 +57,7 @@ public:
           m_band(bandOf()),
           m_startCount(method == SupportMethod::Automatic ? m_hull->blockCount() : 0),
           m_method(method),
-          m_isFew(method == SupportMethod::Automatic && m_hull->vertexCount() <= kFewVertices)
+          m_hasFewVertices(method == SupportMethod::Automatic && m_hull->vertexCount() <= kFewVertices)
     {
     }
 
@@ -71,7 +71,7 @@ public:
           m_band(bandOf()),
           m_startCount(m_hull->blockCount()),
           m_method(SupportMethod::Automatic),
-          m_isFew(m_hull->vertexCount() <= kFewVertices)
+          m_hasFewVertices(m_hull->vertexCount() <= kFewVertices)
     {
     }
 
@@ -139,10 +139,11 @@ public:
     /// the closest already.
     /// @param direction a usableDirection()
     /// @param ofA, ofB  vertices of the simplex, `count` of each
-    [[gnu::always_inline]] static VertexPair verticesAmong(const PosedHull& a, const PosedHull& b,
-                                                           const Vector& direction,
-                                                           const std::array<std::int32_t, 4>& ofA,
-                                                           const std::array<std::int32_t, 4>& ofB, int count)
+    [[gnu::always_inline]] static VertexPair supportsNearSimplex(const PosedHull& a, const PosedHull& b,
+                                                                 const Vector& direction,
+                                                                 const std::array<std::int32_t, 4>& ofA,
+                                                                 const std::array<std::int32_t, 4>& ofB,
+                                                                 int count)
     {
         bool isProvedA = true, isProvedB = true;
         for (int i = 1; i < count; ++i)
@@ -159,8 +160,8 @@ public:
         // The newest vertex of the simplex is a good start: finding the highest one costs more than the steps it saves.
         if (!isProvedA && !isProvedB && a.isClimbed() && b.isClimbed())
             return climbBoth(*a.m_hull, localA, *b.m_hull, localB, {ofA[count - 1], ofB[count - 1]});
-        return {isProvedA ? ofA[0] : a.vertexBeside(localA, ofA[count - 1]),
-                isProvedB ? ofB[0] : b.vertexBeside(localB, ofB[count - 1])};
+        return {isProvedA ? ofA[0] : a.supportFrom(localA, ofA[count - 1]),
+                isProvedB ? ofB[0] : b.supportFrom(localB, ofB[count - 1])};
     }
 
     /// Whether vertices are the support vertices of A against a direction and of B along it, as far as their neighbours
@@ -181,7 +182,7 @@ public:
     ///
     /// @param direction unit
     /// @return false, too, if only a scan of all vertices could decide
-    bool isAhead(std::int32_t vertex, const Vector& direction, S height) const
+    bool isStrictSupport(std::int32_t vertex, const Vector& direction, S height) const
     {
         if (vertex < 0 || vertex >= m_hull->blockCount())
             return false;
@@ -202,7 +203,7 @@ public:
     /// No vertex is farther from the origin of the shape.
     S size() const { return m_size; }
     /// Whether all vertices are scanned, see kFewVertices.
-    bool isFew() const { return m_isFew; }
+    bool hasFewVertices() const { return m_hasFewVertices; }
     /// Number of vertices from which a search may start with a test of the neighbours: none, or all.
     std::int32_t startCount() const { return m_startCount; }
     /// The band of isPeak() for world axes of a length of at most the root of 3: the 1-norm of a local direction is at
@@ -246,7 +247,7 @@ private:
     bool isMapped() const { return isClimbedAbove(linearSupportMaximum<S>()); }
 
     /// @param d local
-    [[gnu::noinline]] std::int32_t vertexBeside(const Vector& d, std::int32_t start) const
+    [[gnu::noinline]] std::int32_t supportFrom(const Vector& d, std::int32_t start) const
     {
         if (m_method != SupportMethod::Automatic)
             return supportVertex<S>(*m_hull, d, -1, m_method);
@@ -263,6 +264,6 @@ private:
     S m_band;
     std::int32_t m_startCount;
     SupportMethod m_method;
-    bool m_isFew;
+    bool m_hasFewVertices;
 };
 }  // namespace cullet

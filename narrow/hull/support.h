@@ -49,7 +49,7 @@ constexpr std::int32_t kFewVertices = 16;
 
 /// When an axis is tested again, a vertex that is no longer its support nearly always has the new support as a
 /// neighbour: so many vertices are tested before a search.
-constexpr int kLooksBeside = 2;
+constexpr int kTestsNearVertex = 2;
 
 /// Products of a direction and the vertices of a block from lane `first` on.
 template <class S>
@@ -281,8 +281,8 @@ SupportHit<S> bestOfLevel(const Hull<S>& hull, const LaneDirection<S>& d, std::i
                           S band)
 {
     using L = Lanes<S>;
-    constexpr std::int32_t kMost = 8;
-    std::array<std::int32_t, kMost> level = {vertex};
+    constexpr std::int32_t kMaxCount = 8;
+    std::array<std::int32_t, kMaxCount> level = {vertex};
     std::int32_t count = 1;
     SupportHit<S> best = {vertex, height};
     const typename L::Vector low = L::fill(height - band);
@@ -301,7 +301,7 @@ SupportHit<S> bestOfLevel(const Hull<S>& hull, const LaneDirection<S>& d, std::i
                     const std::int32_t id = block.id[first + lane];
                     if (std::find(level.begin(), level.begin() + count, id) != level.begin() + count)
                         continue;
-                    if (count == kMost)
+                    if (count == kMaxCount)
                         return {-1, height};
                     level[count++] = id;
                     const S product = products[lane];
@@ -363,18 +363,18 @@ std::int32_t hierarchyStart(const Hull<S>& hull, const Eigen::Matrix<S, 3, 1>& d
 {
     const DkHierarchy& hierarchy = hull.hierarchy();
     SupportHit<S> best = {hierarchy.top()[0], supportProduct(hull, hierarchy.top()[0], d)};
-    const auto look = [&](std::int32_t v)
+    const auto visit = [&](std::int32_t v)
     {
         const S height = supportProduct(hull, v, d);
         if (height > best.height)
             best = {v, height};
     };
     for (const std::int32_t v : hierarchy.top())
-        look(v);
+        visit(v);
     for (std::int32_t level = hierarchy.levelCount() - 1; level >= 0; --level)
     {
         for (const std::int32_t v : hierarchy.removed(level, best.vertex))
-            look(v);
+            visit(v);
     }
     return best.vertex;
 }
@@ -451,13 +451,14 @@ SupportHit<S> supportHit(const Hull<S>& hull, const Eigen::Matrix<S, 3, 1>& d, s
 /// @param vertex the first vertex to test, or an invalid id
 /// @param band   see isPeak()
 template <class S>
-SupportHit<S> hitBeside(const Hull<S>& hull, const typename Quad<S>::Vector& d, S band, std::int32_t vertex)
+SupportHit<S> hitNearVertex(const Hull<S>& hull, const typename Quad<S>::Vector& d, S band,
+                            std::int32_t vertex)
 {
     SupportHit<S> hit = {vertex, S(0)};
     // A negative id is a large unsigned number.
     const bool isKnown = static_cast<std::uint32_t>(vertex) < static_cast<std::uint32_t>(hull.blockCount());
     const LaneDirection<S> lanes(d);
-    for (int look = 0; isKnown && look < kLooksBeside; ++look)
+    for (int visit = 0; isKnown && visit < kTestsNearVertex; ++visit)
     {
         std::int32_t beside;
         if (isPeak(hull, hit.vertex, lanes, band, hit.height, beside))

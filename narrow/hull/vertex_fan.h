@@ -94,7 +94,7 @@ public:
     /// @param outward in the frame of the points, of any length; the vertex is the support point along it
     VertexFan(const Hull<S>& cloud, std::int32_t vertex, const Eigen::Vector3d& outward)
     {
-        if (cloud.vertexCount() < 4 || cloud.vertexCount() > kMostPoints || !wrap(cloud, vertex, outward))
+        if (cloud.vertexCount() < 4 || cloud.vertexCount() > kMaxPoints || !wrap(cloud, vertex, outward))
             m_count = 0;
     }
 
@@ -106,9 +106,9 @@ private:
     using Vector = Eigen::Vector3d;
 
     /// For more points, a face costs more than a support search on a graph.
-    static constexpr std::int32_t kMostPoints = 4096;
-    static constexpr std::size_t kMostFaces = 16;
-    static constexpr int kMostTurns = 64;
+    static constexpr std::int32_t kMaxPoints = 4096;
+    static constexpr std::size_t kMaxFaces = 16;
+    static constexpr int kMaxPivots = 64;
 
     bool wrap(const Hull<S>& cloud, std::int32_t vertex, const Vector& outward)
     {
@@ -116,14 +116,14 @@ private:
             return false;
         // A line through the vertex in its supporting plane.
         const Vector tangent = outward.unitOrthogonal();
-        const std::int32_t first = across(cloud, vertex, tangent, vertex, otherThan(vertex, vertex));
-        std::int32_t from = first, last = otherThan(vertex, first);
+        const std::int32_t first = wrapEdge(cloud, vertex, tangent, vertex, firstOtherThan(vertex, vertex));
+        std::int32_t from = first, last = firstOtherThan(vertex, first);
         do
         {
             const Vector edge = point(cloud, from) - point(cloud, vertex);
-            const std::int32_t to = across(cloud, vertex, edge, from, last);
+            const std::int32_t to = wrapEdge(cloud, vertex, edge, from, last);
             ClearFace face;
-            if (from == to || m_count == kMostFaces || !findClearFace(cloud, {vertex, from, to}, face))
+            if (from == to || m_count == kMaxFaces || !findClearFace(cloud, {vertex, from, to}, face))
                 return false;
             m_faces[m_count++] = face;
             last = std::exchange(from, to);
@@ -136,7 +136,7 @@ private:
         return cloud.vertex(i).template cast<double>();
     }
 
-    static std::int32_t otherThan(std::int32_t vertex, std::int32_t point)
+    static std::int32_t firstOtherThan(std::int32_t vertex, std::int32_t point)
     {
         std::int32_t other = 0;
         while (other == vertex || other == point)
@@ -152,11 +152,11 @@ private:
     /// @param end  of the edge, or the vertex
     /// @param best a point that is not on the edge
     /// @return `end` if the iteration does not converge
-    static std::int32_t across(const Hull<S>& cloud, std::int32_t vertex, const Vector& edge,
-                               std::int32_t end, std::int32_t best)
+    static std::int32_t wrapEdge(const Hull<S>& cloud, std::int32_t vertex, const Vector& edge,
+                                 std::int32_t end, std::int32_t best)
     {
         const Vector origin = point(cloud, vertex);
-        for (int turn = 0; turn < kMostTurns; ++turn)
+        for (int pivot = 0; pivot < kMaxPivots; ++pivot)
         {
             const Vector above = edge.cross(point(cloud, best) - origin);
             const double size = above.cwiseAbs().maxCoeff();
@@ -183,7 +183,7 @@ private:
                                   { return l.area2 == r.area2; }) == end;
     }
 
-    std::array<ClearFace, kMostFaces> m_faces;
+    std::array<ClearFace, kMaxFaces> m_faces;
     std::size_t m_count = 0;
 };
 }  // namespace cullet

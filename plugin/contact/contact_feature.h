@@ -27,13 +27,13 @@ public:
     /// @param fan       the faces around the vertex, for a hull without a graph; or null
     ContactFace(const PosedShape& shape, const Eigen::Vector3d& direction, std::int32_t vertex,
                 const VertexFan<btScalar>* fan = nullptr)
-        : m_shape(shape), m_fan(fan), m_isTurnedOnly(isTurnedOnly())
+        : m_shape(shape), m_fan(fan), m_isSimilarity(isSimilarity())
     {
         const HullKind kind = shape.hull().kind();
         if (kind != HullKind::Polygon && kind != HullKind::Solid && fan == nullptr)
             return;
-        if (m_isTurnedOnly)
-            turnBack(direction);
+        if (m_isSimilarity)
+            mapToHull(direction);
         else
         {
             makeNormalMap();
@@ -65,7 +65,7 @@ public:
     Eigen::Vector3d normal() const
     {
         const Eigen::Vector3d& n = faceNormal(m_face);
-        if (!m_isTurnedOnly)
+        if (!m_isSimilarity)
             return (m_normalMap * n).normalized();
         Components local;
         read(n, local);
@@ -98,7 +98,7 @@ private:
     }
 
     /// Whether the basis is a rotation times a scale, with or without reflection: it maps normals as it maps points.
-    bool isTurnedOnly()
+    bool isSimilarity()
     {
         Components squares = {}, products = {};
         for (int i = 0; i < 3; ++i)
@@ -115,7 +115,7 @@ private:
         return largestOf(most) <= btScalar(1e-5) * squares[0];
     }
 
-    void turnBack(const Eigen::Vector3d& direction)
+    void mapToHull(const Eigen::Vector3d& direction)
     {
         Components d;
         read(direction, d);
@@ -153,7 +153,7 @@ private:
 
     void considerAll(const Hull<btScalar>::Span& faces, Best& best) const
     {
-        if (m_isTurnedOnly)
+        if (m_isSimilarity)
         {
             for (const std::int32_t face : faces)
                 consider(face, m_local.dot(faceNormal(face)), best);
@@ -161,17 +161,17 @@ private:
         else
         {
             for (const std::int32_t face : faces)
-                consider(face, stretchedCosine(face), best);
+                consider(face, cosineOf(face), best);
         }
     }
 
     void considerFirst(std::int32_t count, Best& best) const
     {
         for (std::int32_t face = 0; face < count; ++face)
-            consider(face, m_isTurnedOnly ? m_local.dot(faceNormal(face)) : stretchedCosine(face), best);
+            consider(face, m_isSimilarity ? m_local.dot(faceNormal(face)) : cosineOf(face), best);
     }
 
-    double stretchedCosine(std::int32_t face) const
+    double cosineOf(std::int32_t face) const
     {
         const Eigen::Vector3d& n = faceNormal(face);
         return m_local.dot(n) / (m_normalMap * n).norm();
@@ -186,12 +186,12 @@ private:
 
     const PosedShape& m_shape;
     const VertexFan<btScalar>* m_fan;
-    /// The direction in the hull's frame. Its product with a hull normal is the cosine if m_isTurnedOnly, otherwise the
+    /// The direction in the hull's frame. Its product with a hull normal is the cosine if m_isSimilarity, otherwise the
     /// cosine times the length of the mapped normal.
     Eigen::Vector3d m_local;
-    double m_scale = 1.0;         ///< of the basis, if m_isTurnedOnly
-    Eigen::Matrix3d m_normalMap;  ///< for normals, unless m_isTurnedOnly
-    bool m_isTurnedOnly;
+    double m_scale = 1.0;         ///< of the basis, if m_isSimilarity
+    Eigen::Matrix3d m_normalMap;  ///< for normals, unless m_isSimilarity
+    bool m_isSimilarity;
     std::int32_t m_face = -1;
     double m_alignment = 0.0;
 };

@@ -23,16 +23,16 @@ using Eigen::Vector3d;
 class Prism
 {
 public:
-    /// @param turn  1: the face is counter-clockwise seen from the tip of the contact normal; -1: clockwise
-    /// @param slack polygons that extend no farther outside are not clipped: with congruent faces, the points of a
+    /// @param orientation  1: the face is counter-clockwise seen from the tip of the contact normal; -1: clockwise
+    /// @param tolerance polygons that extend no farther outside are not clipped: with congruent faces, the points of a
     ///              stack would otherwise jump between nearly coincident corners
-    Prism(ContactPolygon& base, btScalar turn, btScalar slack) : m_count((base.count + 3) / 4)
+    Prism(ContactPolygon& base, btScalar orientation, btScalar tolerance) : m_count((base.count + 3) / 4)
     {
         // Padding edges have length 0.
         for (std::int32_t i = base.count; i <= 4 * m_count; ++i)
             base.corners[static_cast<std::size_t>(i)] = base.corners[0];
         for (std::int32_t k = 0; k < m_count; ++k)
-            addSides(&base.corners[static_cast<std::size_t>(4 * k)], turn, slack,
+            addSides(&base.corners[static_cast<std::size_t>(4 * k)], orientation, tolerance,
                      m_sides[static_cast<std::size_t>(k)]);
     }
 
@@ -50,10 +50,10 @@ public:
             for (std::int32_t i = 0; i < current->count; ++i)
             {
                 const Components& p = current->corners[static_cast<std::size_t>(i)];
-                const Components heights = sides.x * p[0] + sides.y * p[1] + sides.rest;
+                const Components heights = sides.x * p[0] + sides.y * p[1] + sides.offset;
                 lowest = heights < lowest ? heights : lowest;
             }
-            lowest += sides.slack;
+            lowest += sides.tolerance;
             for (int side = 0; side < 4; ++side)
             {
                 if (lowest[side] >= 0)
@@ -61,7 +61,7 @@ public:
                 ContactPolygon::Heights heights;
                 for (std::size_t i = 0; i < static_cast<std::size_t>(current->count); ++i)
                     heights[i] = sides.x[side] * current->corners[i][0] +
-                                 sides.y[side] * current->corners[i][1] + sides.rest[side];
+                                 sides.y[side] * current->corners[i][1] + sides.offset[side];
                 cullet::clip(*current, heights, *out);
                 std::swap(current, out);
             }
@@ -73,12 +73,12 @@ private:
     /// Four linear functions of the coordinates along the tangents, positive inside.
     struct Sides
     {
-        Components x, y, rest;
-        Components slack;
+        Components x, y, offset;
+        Components tolerance;
     };
 
     /// @param corners five of them
-    static void addSides(const Components* corners, btScalar turn, btScalar slack, Sides& sides)
+    static void addSides(const Components* corners, btScalar orientation, btScalar tolerance, Sides& sides)
     {
         const Components low = CULLET_SHUFFLE(corners[0], corners[1], 0, 4, 1, 5);
         const Components high = CULLET_SHUFFLE(corners[2], corners[3], 0, 4, 1, 5);
@@ -86,24 +86,24 @@ private:
         const Components y = CULLET_SHUFFLE(low, high, 2, 3, 6, 7);
         const Components nextX = {x[1], x[2], x[3], corners[4][0]};
         const Components nextY = {y[1], y[2], y[3], corners[4][1]};
-        sides.x = (y - nextY) * turn;
-        sides.y = (nextX - x) * turn;
+        sides.x = (y - nextY) * orientation;
+        sides.y = (nextX - x) * orientation;
         Components sizeX = sides.x, sizeY = sides.y;
         Quad<btScalar>::makePositive(sizeX);
         Quad<btScalar>::makePositive(sizeY);
-        sides.slack = (sizeX + sizeY) * slack;
-        sides.rest = -(sides.x * x + sides.y * y);
+        sides.tolerance = (sizeX + sizeY) * tolerance;
+        sides.offset = -(sides.x * x + sides.y * y);
     }
 
     std::array<Sides, kMostCorners / 4> m_sides;
     std::int32_t m_count;
 };
 
-/// In units of PatchLimits::same.
-constexpr btScalar kSlack = btScalar(0.05);
+/// In units of PatchLimits::mergeDistance.
+constexpr btScalar kClipTolerance = btScalar(0.05);
 
-/// The height over the touch up to which a point is load-bearing: in units of PatchLimits::same, or of its
-/// distance from the touch. In one step, gravity moves a body of a metre by a sixth of PatchLimits::same.
+/// The height over the touch up to which a point is load-bearing: in units of PatchLimits::mergeDistance, or of its
+/// distance from the touch. In one step, gravity moves a body of a metre by a sixth of PatchLimits::mergeDistance.
 constexpr btScalar kRise = btScalar(0.1);
 constexpr btScalar kSlope = btScalar(0.02);
 
@@ -113,8 +113,8 @@ class PatchBuilder
 public:
     PatchBuilder(const Touch& touch, const ContactFrame& frame, const PatchLimits& limits)
         : m_frame(frame),
-          m_same(limits.same),
-          m_most(limits.most),
+          m_mergeDistance(limits.mergeDistance),
+          m_maxPoints(limits.most),
           m_distance(static_cast<btScalar>(touch.distance)),
           m_range(static_cast<btScalar>(limits.distance - touch.distance))
     {
@@ -123,7 +123,7 @@ public:
     }
 
     /// The distance outside of the prism below which a face is not clipped.
-    btScalar slack() const { return kSlack * m_same; }
+    btScalar tolerance() const { return kClipTolerance * m_mergeDistance; }
 
     /// Whether a whole polygon coincides with the touch.
     bool isOnePoint(const ContactPolygon& polygon) const
@@ -134,7 +134,7 @@ public:
             const Components squares = polygon.corners[i] * polygon.corners[i];
             farthest2 = std::max(farthest2, squares[0] + squares[1]);
         }
-        return farthest2 <= m_same * m_same;
+        return farthest2 <= m_mergeDistance * m_mergeDistance;
     }
 
     /// Adds load-bearing corners within the limit, but not those where a face was clipped to the limit.
@@ -146,7 +146,7 @@ public:
         for (std::size_t i = 0; i < static_cast<std::size_t>(polygon.count); ++i)
         {
             const Components& corner = polygon.corners[i];
-            if (!(corner[3] < limit) || !carries(corner, noise))
+            if (!(corner[3] < limit) || !isLoadBearing(corner, noise))
                 continue;
             m_points[static_cast<std::size_t>(m_count++)] = corner;
             m_deepest = std::min(m_deepest, corner[3]);
@@ -165,23 +165,23 @@ public:
     ContactPatch reduce() const
     {
         ContactPatch patch;
-        if (m_count > m_most)
-            takeFew(patch);
+        if (m_count > m_maxPoints)
+            selectPoints(patch);
         else
         {
             const int first = deepest(0);
             for (int i = 0; i < m_count; ++i)
-                i == first ? take(i, patch) : takeAnother(i, first, patch);
+                i == first ? addPoint(i, patch) : addDistinctPoint(i, first, patch);
         }
         return patch;
     }
 
 private:
-    bool carries(const Components& corner, btScalar noise) const
+    bool isLoadBearing(const Components& corner, btScalar noise) const
     {
         const btScalar rise = corner[3] - m_distance - noise;
         const Components squares = corner * corner;
-        return rise <= kRise * m_same || rise * rise <= kSlope * kSlope * (squares[0] + squares[1]);
+        return rise <= kRise * m_mergeDistance || rise * rise <= kSlope * kSlope * (squares[0] + squares[1]);
     }
 
     /// @param margin a later candidate must be better by this much
@@ -193,24 +193,24 @@ private:
     /// Selects the deepest candidate, the farthest from it, and the farthest on either side of the line through both;
     /// if all candidates are on one side, the farthest from the triangle. A candidate must be better by a margin, so
     /// that noise does not change the selection from frame to frame.
-    void takeFew(ContactPatch& patch) const
+    void selectPoints(ContactPatch& patch) const
     {
         const int first = deepest(btScalar(1e-3) * m_range);
-        take(first, patch);
+        addPoint(first, patch);
         const Components& p = at(first);
-        const auto farness2 = [&](const Components& c)
+        const auto distance2 = [&](const Components& c)
         { return (c[0] - p[0]) * (c[0] - p[0]) + (c[1] - p[1]) * (c[1] - p[1]); };
-        const btScalar size2 = farness2(at(best(farness2, 0)));
-        const int second = best(farness2, btScalar(2e-3) * size2);
-        takeAnother(second, first, patch);
-        if (m_most > 2)
-            takeBeside(first, second, size2, patch);
+        const btScalar size2 = distance2(at(best(distance2, 0)));
+        const int second = best(distance2, btScalar(2e-3) * size2);
+        addDistinctPoint(second, first, patch);
+        if (m_maxPoints > 2)
+            selectBesideLine(first, second, size2, patch);
     }
 
     /// Selects the farthest candidate on either side of the line through two points.
     ///
     /// @param size2 square of the distance of the two points, up to the margin
-    void takeBeside(int first, int second, btScalar size2, ContactPatch& patch) const
+    void selectBesideLine(int first, int second, btScalar size2, ContactPatch& patch) const
     {
         const Components& p = at(first);
         const btScalar dx = at(second)[0] - p[0], dy = at(second)[1] - p[1];
@@ -220,21 +220,21 @@ private:
         const int third = best(left, smallest), fourth = best(right, smallest);
         const btScalar leftmost = left(at(third)), rightmost = right(at(fourth));
         const bool hasThird = leftmost > smallest, hasFourth = rightmost > smallest;
-        const bool hasRoom = m_most == 4;
+        const bool hasRoom = m_maxPoints == 4;
         if (hasThird && (hasRoom || leftmost >= rightmost))
-            takeAnother(third, first, patch);
+            addDistinctPoint(third, first, patch);
         if (hasFourth && (hasRoom || rightmost > leftmost))
-            takeAnother(fourth, first, patch);
+            addDistinctPoint(fourth, first, patch);
         if (hasThird != hasFourth && hasRoom)
-            takeBeyond(hasThird ? std::array<int, 3>{first, second, third}
-                                : std::array<int, 3>{second, first, fourth},
-                       smallest, first, patch);
+            selectOutsideTriangle(hasThird ? std::array<int, 3>{first, second, third}
+                                           : std::array<int, 3>{second, first, fourth},
+                                  smallest, first, patch);
     }
 
     /// Selects the candidate farthest outside of the last two edges of a counter-clockwise triangle; all points are on
     /// the left of its first edge.
-    void takeBeyond(const std::array<int, 3>& triangle, btScalar smallest, int first,
-                    ContactPatch& patch) const
+    void selectOutsideTriangle(const std::array<int, 3>& triangle, btScalar smallest, int first,
+                               ContactPatch& patch) const
     {
         const Components &i = at(triangle[0]), &j = at(triangle[1]), &k = at(triangle[2]);
         const auto rightOf = [&](const Components& from, const Components& to, const Components& c)
@@ -242,21 +242,21 @@ private:
         const auto beyond = [&](const Components& c) { return std::max(rightOf(j, k, c), rightOf(k, i, c)); };
         const int fourth = best(beyond, smallest);
         if (beyond(at(fourth)) > smallest)
-            takeAnother(fourth, first, patch);
+            addDistinctPoint(fourth, first, patch);
     }
 
     /// Adds a point unless it coincides with the first.
-    void takeAnother(int i, int first, ContactPatch& patch) const
+    void addDistinctPoint(int i, int first, ContactPatch& patch) const
     {
         const Components apart = at(i) - at(first);
         const Components squares = apart * apart;
-        if (squares[0] + squares[1] > m_same * m_same)
-            take(i, patch);
+        if (squares[0] + squares[1] > m_mergeDistance * m_mergeDistance)
+            addPoint(i, patch);
     }
 
     const Components& at(int i) const { return m_points[static_cast<std::size_t>(i)]; }
 
-    void take(int i, ContactPatch& patch) const
+    void addPoint(int i, ContactPatch& patch) const
     {
         ContactPoint& point = patch.points[static_cast<std::size_t>(patch.count++)];
         point.fromTouch = m_frame.world(at(i));
@@ -282,10 +282,10 @@ private:
     }
 
     const ContactFrame& m_frame;
-    btScalar m_same;      ///< see PatchLimits
-    int m_most;           ///< limit of points in the patch
-    btScalar m_distance;  ///< of the cores at the touch
-    btScalar m_range;     ///< from m_distance to the limit
+    btScalar m_mergeDistance;  ///< see PatchLimits
+    int m_maxPoints;           ///< limit of points in the patch
+    btScalar m_distance;       ///< of the cores at the touch
+    btScalar m_range;          ///< from m_distance to the limit
     btScalar m_deepest = BT_LARGE_FLOAT;
     std::array<Components, 2 * kMostCorners + 1> m_points;
     int m_count = 0;
@@ -312,10 +312,10 @@ void cutCorner(ContactPolygon& face, std::size_t corner, btScalar limit)
     const Components tip = face.corners[corner];
     const Components next = face.corners[corner + 1 < count ? corner + 1 : 0];
     const Components last = face.corners[corner > 0 ? corner - 1 : count - 1];
-    const btScalar rest = limit - tip[3];
+    const btScalar offset = limit - tip[3];
     face.corners[0] = tip;
-    face.corners[1] = tip + (next - tip) * (rest / (next[3] - tip[3]));
-    face.corners[2] = tip + (last - tip) * (rest / (last[3] - tip[3]));
+    face.corners[1] = tip + (next - tip) * (offset / (next[3] - tip[3]));
+    face.corners[2] = tip + (last - tip) * (offset / (last[3] - tip[3]));
     face.count = 3;
 }
 
@@ -336,7 +336,7 @@ btScalar clipFaces(const PatchSide& reference, const PatchSide& other, bool isAR
     otherMap.shift(Components{0, 0, isAReference ? 0 : plane, -plane});
     face.set(otherMap, other.face.corners());
     const btScalar noise =
-        2 * std::numeric_limits<btScalar>::epsilon() * (referenceMap.reach() + otherMap.reach());
+        2 * std::numeric_limits<btScalar>::epsilon() * (referenceMap.originSize() + otherMap.originSize());
     const btScalar range = static_cast<btScalar>(limit);
     unsigned within = 0;
     for (std::size_t i = 0; i < static_cast<std::size_t>(face.count); ++i)
@@ -352,7 +352,7 @@ btScalar clipFaces(const PatchSide& reference, const PatchSide& other, bool isAR
     }
     base.set(referenceMap, reference.face.corners());
     const bool isClockwise = isAReference != reference.face.isMirrored();
-    const Prism prism(base, isClockwise ? -1 : 1, builder.slack());
+    const Prism prism(base, isClockwise ? -1 : 1, builder.tolerance());
     builder.add(prism.clip(face, cut), noise);
     return noise;
 }
@@ -367,7 +367,8 @@ bool isOnlyTouch(const PosedShape& a, const PosedShape& b, const Touch& touch, d
         return false;
     const PosedShape::Vector normal = touch.normal.cast<btScalar>();
     const btScalar range = static_cast<btScalar>(limit - touch.distance);
-    return a.isAhead(touch.vertexA, -normal, range) && b.isAhead(touch.vertexB, normal, range);
+    return a.isStrictSupport(touch.vertexA, -normal, range) &&
+           b.isStrictSupport(touch.vertexB, normal, range);
 }
 }  // namespace
 

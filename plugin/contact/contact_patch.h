@@ -39,8 +39,9 @@ struct ContactPatch
 struct PatchLimits
 {
     double distance;  ///< points farther apart are left out; at least that of the touch
-    btScalar same;    ///< the manifold merges points closer than this, so none is that close to the deepest
-    int most = 4;     ///< number of points: 1 to 4
+    btScalar
+        mergeDistance;  ///< the manifold merges points closer than this, so none is that close to the deepest
+    int most = 4;       ///< number of points: 1 to 4
 };
 
 /// The faces around support vertices of hulls without a graph; null: the hull has a graph.
@@ -55,7 +56,7 @@ struct PatchFans
 /// the limits.
 ///
 /// A point is load-bearing if its distance is hardly larger than that of the touch: by a tenth of
-/// PatchLimits::same, or by a fiftieth of its distance from the touch, so that a box that lands a degree from
+/// PatchLimits::mergeDistance, or by a fiftieth of its distance from the touch, so that a box that lands a degree from
 /// flat lands on four points at once. If the faces are steeper, further points would be solver rows without an
 /// impulse: a wheel of many sides has only the two ends of an edge.
 ///

@@ -91,7 +91,7 @@ public:
     }
 
     /// Sum of the magnitudes of the origin's coordinates along the tangents and on B.
-    btScalar reach() const
+    btScalar originSize() const
     {
         Components magnitudes = m_origin;
         Quad<btScalar>::makePositive(magnitudes);

@@ -18,7 +18,7 @@ inline namespace CULLET_PRECISION
 namespace
 {
 /// Bodies between the prefetch of a body's memory and its use.
-constexpr std::size_t kAhead = 6;
+constexpr std::size_t kPrefetchDistance = 6;
 
 /// A body whose credit falls below kLeastCredit is paused. After the pause its credit is kLeastCredit, so the motion
 /// must be useful at once.
@@ -99,7 +99,7 @@ std::uint32_t BodyMotions::acquire(const btCollisionObject& body)
     const auto [known, isNew] = m_places.try_emplace(&body, kNone);
     if (!isNew)
     {
-        ++m_slots[known->second].watchers;
+        ++m_slots[known->second].trackers;
         return known->second;
     }
     try
@@ -116,11 +116,11 @@ std::uint32_t BodyMotions::acquire(const btCollisionObject& body)
     m_free.pop_back();
     Slot& slot = m_slots[known->second];
     slot.body = &body;
-    slot.watchers = 1;
+    slot.trackers = 1;
     slot.credit = 0;
     slot.pause = kPause;
     m_pauses[known->second] = 0;
-    m_moved[known->second] = Motion();
+    m_motions[known->second] = Motion();
     slot.shape = nullptr;
     return known->second;
 }
@@ -132,14 +132,14 @@ void BodyMotions::addPlace()
         // Room for all slots, so that a release never allocates.
         const std::size_t room = std::max<std::size_t>(64, 2 * m_slots.size());
         m_free.reserve(room);
-        m_moved.reserve(room);
+        m_motions.reserve(room);
         m_uses.reserve(room);
         m_pauses.reserve(room);
         m_slots.reserve(room);
     }
     m_free.push_back(static_cast<std::uint32_t>(m_slots.size()));
     m_slots.emplace_back();
-    m_moved.emplace_back();
+    m_motions.emplace_back();
     m_uses.push_back(0);
     m_pauses.push_back(0);
 }
@@ -147,7 +147,7 @@ void BodyMotions::addPlace()
 void BodyMotions::release(std::uint32_t place) noexcept
 {
     Slot& slot = m_slots[place];
-    if (--slot.watchers > 0)
+    if (--slot.trackers > 0)
         return;
     if (!isAbandoned(place))
         m_places.erase(slot.body);
@@ -163,7 +163,7 @@ void BodyMotions::abandon() noexcept
         slot.body = nullptr;
         slot.hull.reset();
     }
-    std::fill(m_moved.begin(), m_moved.end(), Motion());
+    std::fill(m_motions.begin(), m_motions.end(), Motion());
     m_places.clear();
     m_pairs.clear();
 }
@@ -179,7 +179,7 @@ bool BodyMotions::areMostAsleep() const noexcept
     return true;
 }
 
-void BodyMotions::update(std::size_t begin, std::size_t end, std::uint64_t pass, bool isGap) noexcept
+void BodyMotions::update(std::size_t begin, std::size_t end, std::uint64_t pass, bool missedUpdates) noexcept
 {
     for (std::size_t i = begin; i < end; ++i)
     {
@@ -188,7 +188,7 @@ void BodyMotions::update(std::size_t begin, std::size_t end, std::uint64_t pass,
             i += sizeof(std::uint64_t) - 1;
             continue;
         }
-        const std::size_t later = std::min(i + kAhead, end - 1);
+        const std::size_t later = std::min(i + kPrefetchDistance, end - 1);
         if (m_pauses[later] == 0)
             prefetchBody(m_slots[later].body);
         // The motion is unknown since the pause began.
@@ -200,10 +200,10 @@ void BodyMotions::update(std::size_t begin, std::size_t end, std::uint64_t pass,
         Slot& slot = m_slots[i];
         if (slot.body == nullptr)
             continue;
-        const bool isLeft = isInVain(i);
-        m_moved[i] = Motion();
+        const bool beginsPause = isUnprofitable(i);
+        m_motions[i] = Motion();
         m_uses[i] = 0;
-        if (isLeft)
+        if (beginsPause)
         {
             // The first update after the pause must not compare with the state before it.
             slot.shape = nullptr;
@@ -213,18 +213,18 @@ void BodyMotions::update(std::size_t begin, std::size_t end, std::uint64_t pass,
             continue;
         }
         const Motion moved = slot.move(pass);
-        if (!isGap)
-            m_moved[i] = moved;
+        if (!missedUpdates)
+            m_motions[i] = moved;
     }
 }
 
-bool BodyMotions::isInVain(std::size_t place)
+bool BodyMotions::isUnprofitable(std::size_t place)
 {
-    if (std::isinf(m_moved[place].rest))
+    if (std::isinf(m_motions[place].arcBound))
         return false;
     // An update costs about half a pair test for a resting body, two for one that has moved.
     Slot& slot = m_slots[place];
-    const std::int32_t cost = m_moved[place].rest == 0.0f ? 1 : 2;
+    const std::int32_t cost = m_motions[place].arcBound == 0.0f ? 1 : 2;
     slot.credit = std::min(slot.credit + m_uses[place] - cost, kMostCredit);
     if (slot.credit >= 0)
         slot.pause = kPause;
@@ -234,7 +234,7 @@ bool BodyMotions::isInVain(std::size_t place)
 void BodyMotions::clear()
 {
     m_slots.clear();
-    m_moved.clear();
+    m_motions.clear();
     m_uses.clear();
     m_pauses.clear();
     m_free.clear();
@@ -246,10 +246,10 @@ void BodyMotions::clear()
 /// most the angle between R and R', and its length changes by at most the skews. For rotations that angle is
 /// 2 asin(|R - R'| / sqrt(8)), with the Frobenius norm, and every matrix is as close to a rotation as its skew. If the
 /// matrices are no rotations, or far apart, TurnRates prove nothing, but no height grows by more than
-/// |R - R'| |n| reach, and |n| <= sqrt(3).
+/// |R - R'| |n| radius, and |n| <= sqrt(3).
 ///
-/// Terms that no rate multiplies are divided by the least rate: the skews, as twice 5 times the reach, which TurnRates
-/// do not cover, and seven roundings of 6e-8 of each shift, those of approach() included. A chain of a dozen
+/// Terms that no rate multiplies are divided by the least rate: the skews, as twice 5 times the radius, which TurnRates
+/// do not cover, and seven roundings of 6e-8 of each shift, those of approachBound() included. A chain of a dozen
 /// operations without cancellation is off by less than twelve roundings of its result. Squares that underflow are
 /// below 2^-126, the root of nine of them below 4e-19.
 BodyMotions::Motion BodyMotions::Slot::motionTo(const btTransform& to) noexcept
@@ -277,8 +277,8 @@ BodyMotions::Motion BodyMotions::Slot::motionTo(const btTransform& to) noexcept
         if (!(skews <= kMostSkew && turned < 0.7f))
             arc = 2.0f / TurnRates::kLeast * turned;
     }
-    motion.rest = (arc + 1e-17f) * static_cast<float>(reach) * (1.0f + 1e-5f) +
-                  5e-7f / TurnRates::kLeast * static_cast<float>(sumOfMagnitudes(shift)) + 4e-19f;
+    motion.arcBound = (arc + 1e-17f) * static_cast<float>(radius) * (1.0f + 1e-5f) +
+                      5e-7f / TurnRates::kLeast * static_cast<float>(sumOfMagnitudes(shift)) + 4e-19f;
     return motion;
 }
 
@@ -296,7 +296,7 @@ BodyMotions::Motion BodyMotions::Slot::move(std::uint64_t pass) noexcept
     }
     Motion moved;
     if (areSameBits(place, to))
-        moved.rest = 0.0f;
+        moved.arcBound = 0.0f;
     else
         moved = motionTo(to);
     place = to;
@@ -333,8 +333,8 @@ void BodyMotions::Slot::readCore(std::uint64_t pass) noexcept
     margin = marginOf(convex, convexKindOf(type));
     stretch = *core.stretch;
     const btScalar most = std::max({std::abs(stretch.x()), std::abs(stretch.y()), std::abs(stretch.z())});
-    reach = most * static_cast<btScalar>(core.hull->radius()) *
-            (1 + 4 * std::numeric_limits<btScalar>::epsilon());
+    radius = most * static_cast<btScalar>(core.hull->radius()) *
+             (1 + 4 * std::numeric_limits<btScalar>::epsilon());
 }
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

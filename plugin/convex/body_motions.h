@@ -34,7 +34,7 @@ inline namespace CULLET_PRECISION
 /// A body whose motion saves less than one pair test per update, because it or its partners move too fast or are few,
 /// is paused for some updates.
 ///
-/// Threads: update() of different ranges, or approach() and use(), may run concurrently; other calls need
+/// Threads: update() of different ranges, or approachBound() and use(), may run concurrently; other calls need
 /// exclusive access.
 class BodyMotions
 {
@@ -46,7 +46,7 @@ public:
     /// dispatched.
     bool serves(const btOverlappingPairCache* cache);
 
-    /// Adds a reference to a body. @return its slot, for approach() and release(). Errors: std::bad_alloc.
+    /// Adds a reference to a body. @return its slot, for approachBound() and release(). Errors: std::bad_alloc.
     std::uint32_t acquire(const btCollisionObject& body);
     void release(std::uint32_t place) noexcept;
     /// Stops reading all bodies, since some no longer exist. Their slots stay until they are released, with motions
@@ -57,32 +57,32 @@ public:
     MotionTrackedPairs& pairs() { return m_pairs; }
     const MotionTrackedPairs& pairs() const { return m_pairs; }
 
-    std::size_t size() const { return m_moved.size(); }
+    std::size_t size() const { return m_motions.size(); }
     /// Whether all bodies of a sample are asleep. Then updates hardly pay. @pre as of update()
     bool areMostAsleep() const noexcept;
     /// Compares bodies with their state in the last update; call for all of [0, size()), once per dispatch.
     ///
     /// @pre all bodies that are not abandoned exist
     /// @param pass  see HullCache::hullOf()
-    /// @param isGap some pairs have missed updates: every motion is unknown
-    void update(std::size_t begin, std::size_t end, std::uint64_t pass, bool isGap) noexcept;
+    /// @param missedUpdates some pairs have missed updates: every motion is unknown
+    void update(std::size_t begin, std::size_t end, std::uint64_t pass, bool missedUpdates) noexcept;
     /// An upper bound of the decrease of the gap between A and B along an axis, times the length of the axis. Common
     /// motion cancels, and motion away from each other offsets turning. Infinite or NaN if it is unknown, 0 if neither
     /// has moved.
     ///
     /// @param axis from B to A, no component above 1
-    /// @pre the previous dispatch has set or reduced the pair's Leeway
-    float approach(std::uint32_t a, std::uint32_t b, const std::array<float, 3>& axis,
-                   const TurnRates& rates) const
+    /// @pre the previous dispatch has set or reduced the pair's SeparationBudget
+    float approachBound(std::uint32_t a, std::uint32_t b, const std::array<float, 3>& axis,
+                        const TurnRates& rates) const
     {
-        const Motion &m = m_moved[a], &n = m_moved[b];
-        // `rest` of a body that has moved is never 0.
-        if (m.rest + n.rest == 0.0f)
+        const Motion &m = m_motions[a], &n = m_motions[b];
+        // `arcBound` of a body that has moved is never 0.
+        if (m.arcBound + n.arcBound == 0.0f)
             return 0.0f;
         const float x = n.shift[0] - m.shift[0], y = n.shift[1] - m.shift[1], z = n.shift[2] - m.shift[2];
-        return (x * axis[0] + y * axis[1] + z * axis[2]) + (rates.a() * m.rest + rates.b() * n.rest);
+        return (x * axis[0] + y * axis[1] + z * axis[2]) + (rates.a() * m.arcBound + rates.b() * n.arcBound);
     }
-    /// Counts a pair test that approach() has saved. Concurrent calls may lose counts, which only decide the
+    /// Counts a pair test that approachBound() has saved. Concurrent calls may lose counts, which only decide the
     /// bodies whose motions are computed.
     void use(std::uint32_t place)
     {
@@ -96,12 +96,12 @@ public:
     void clear();
 
 private:
-    /// The motion of a body's origin. `rest` times a rate of TurnRates bounds the increase of the core's height
+    /// The motion of a body's origin. `arcBound` times a rate of TurnRates bounds the increase of the core's height
     /// along an axis, relative to the origin.
     struct Motion
     {
         std::array<float, 3> shift = {};
-        float rest = std::numeric_limits<float>::infinity();  ///< infinite: unknown; see Slot::motionTo()
+        float arcBound = std::numeric_limits<float>::infinity();  ///< infinite: unknown; see Slot::motionTo()
     };
 
     /// The state of a body in the last update.
@@ -113,7 +113,7 @@ private:
         Motion motionTo(const btTransform& to) noexcept;
 
         const btCollisionObject* body = nullptr;
-        std::uint32_t watchers = 0;
+        std::uint32_t trackers = 0;
         std::uint8_t pause = kPause;  ///< length of the next one
         std::int32_t credit = 0;      ///< pair tests saved by its motion, less the cost of updates
         const btCollisionShape* shape = nullptr;  ///< null: not a shape whose changes can be detected
@@ -122,8 +122,8 @@ private:
         int type = -1;
         bool isKinematic = false;  ///< a pair of a kinematic body is idle only if it has a manifold
         btScalar margin = 0;
-        btScalar reach = 0;  ///< of a ball around the origin that contains the core
-        float skew = 0;      ///< see skewOf()
+        btScalar radius = 0;  ///< of a ball around the origin that contains the core
+        float skew = 0;       ///< see skewOf()
         btVector3 stretch = btVector3(0, 0, 0);
         btTransform place;
     };
@@ -132,11 +132,11 @@ private:
     /// Length of a pause in updates; it doubles with each pause in a row.
     static constexpr std::uint8_t kPause = 24, kLongestPause = 96;
 
-    bool isInVain(std::size_t place);
+    bool isUnprofitable(std::size_t place);
     void addPlace();
 
     std::vector<Slot> m_slots;
-    std::vector<Motion> m_moved;
+    std::vector<Motion> m_motions;
     std::vector<std::uint8_t> m_uses;    ///< saved pair tests since the last update, up to kEnoughUses
     std::vector<std::uint8_t> m_pauses;  ///< remaining updates of the pause
     std::vector<std::uint32_t> m_free;
@@ -146,38 +146,38 @@ private:
 };
 
 /// A lower bound of the surplus gap between the cores of a pair along an axis, since the last proof of separation.
-class Leeway
+class SeparationBudget
 {
 public:
-    void forget() { m_left = kNothing; }
-    bool isForgotten() const { return m_left == kNothing; }
-    /// Call after an axis has proved separation. @param room not negative
-    void set(const AxisRoom& room)
+    void forget() { m_remainingGap = kUnknownGap; }
+    bool isForgotten() const { return m_remainingGap == kUnknownGap; }
+    /// Call after an axis has proved separation. @param surplus not negative
+    void set(const AxisSurplus& surplus)
     {
         // Finite, since an infinite number would never decrease.
-        m_left = static_cast<float>(std::min(double(room.left), 1e38) * (1.0 - 1e-6));
-        m_rates = room.rates;
+        m_remainingGap = static_cast<float>(std::min(double(surplus.left), 1e38) * (1.0 - 1e-6));
+        m_rates = surplus.rates;
     }
     const TurnRates& rates() const { return m_rates; }
 
-    /// @param moved see BodyMotions::approach()
+    /// @param moved see BodyMotions::approachBound()
     /// @return whether the pair is still separated
-    bool outlasts(float moved)
+    bool consume(float moved)
     {
         if (moved == 0.0f)
-            return m_left != kNothing;
+            return m_remainingGap != kUnknownGap;
         // The difference has a rounding error of half of 2^-23 of itself.
-        m_left = m_left >= 0.0f ? (m_left - moved) * (1.0f - 0x1p-22f) : kNothing;
-        if (m_left >= 0.0f)
+        m_remainingGap = m_remainingGap >= 0.0f ? (m_remainingGap - moved) * (1.0f - 0x1p-22f) : kUnknownGap;
+        if (m_remainingGap >= 0.0f)
             return true;
-        m_left = kNothing;
+        m_remainingGap = kUnknownGap;
         return false;
     }
 
 private:
-    static constexpr float kNothing = -1.0f;
+    static constexpr float kUnknownGap = -1.0f;
 
-    float m_left = kNothing;
+    float m_remainingGap = kUnknownGap;
     TurnRates m_rates;
 };
 }  // namespace CULLET_PRECISION

@@ -17,7 +17,7 @@ inline namespace CULLET_PRECISION
 namespace
 {
 /// The radius of a ball around a core's origin that contains the core.
-double reachOf(const ConvexSide& side, const std::optional<PosedShape>& core)
+double radiusOf(const ConvexSide& side, const std::optional<PosedShape>& core)
 {
     if (core)
         return double(core->size());
@@ -44,7 +44,7 @@ Touch touchAt(const ConvexCores& cores, const PenetrationResult<btScalar>& deep)
 
 /// Normalises an axis whose length is 1 up to rounding: one Newton step, with an error of the square of the rounding,
 /// instead of a root and divisions.
-Eigen::Vector3d lengthened(const Eigen::Matrix<btScalar, 3, 1>& axis)
+Eigen::Vector3d renormalized(const Eigen::Matrix<btScalar, 3, 1>& axis)
 {
     const Eigen::Vector3d v = axis.cast<double>();
     return v * (1.5 - 0.5 * v.squaredNorm());
@@ -54,7 +54,7 @@ Touch touchAt(const GjkResult<btScalar>& near, const GjkCache<btScalar>& cache)
 {
     const auto vertexOf = [](std::uint16_t id)
     { return id == GjkCache<btScalar>::kUnknown ? -1 : std::int32_t(id); };
-    Touch touch = {lengthened(near.axis), double(near.distance), near.pointB.cast<double>(),
+    Touch touch = {renormalized(near.axis), double(near.distance), near.pointB.cast<double>(),
                    vertexOf(cache.startA), vertexOf(cache.startB)};
     touch.areCorners =
         cache.count == 1 && cache.verticesA[0] == cache.startA && cache.verticesB[0] == cache.startB;
@@ -64,7 +64,8 @@ Touch touchAt(const GjkResult<btScalar>& near, const GjkCache<btScalar>& cache)
 /// Distance and closest points by the features that a search has found, maybe in an earlier pose.
 ///
 /// @param about see FeaturePair
-bool settle(const ConvexCores& cores, const VertexPairs& pairs, const Eigen::Vector3d& about, Touch& touch)
+bool solveFeatures(const ConvexCores& cores, const VertexPairs& pairs, const Eigen::Vector3d& about,
+                   Touch& touch)
 {
     FeaturePair<btScalar> features(*cores.a, *cores.b);
     if (!features.solve(pairs, about, false))
@@ -80,19 +81,20 @@ GjkState stateOf(const Touch& touch, btScalar limit)
 }
 
 /// Saves the search if the closest features are those of the last query.
-bool settleAgain(const ConvexCores& cores, btScalar limit, GjkCache<btScalar>& cache, Touch& touch)
+bool solveLastFeatures(const ConvexCores& cores, btScalar limit, GjkCache<btScalar>& cache, Touch& touch)
 {
-    if (!settle(cores, pairsOf(cache), {cache.axis[0], cache.axis[1], cache.axis[2]}, touch))
+    if (!solveFeatures(cores, pairsOf(cache), {cache.axis[0], cache.axis[1], cache.axis[2]}, touch))
         return false;
     GjkSearch<PosedShape, PosedShape>::rememberAxis(touch.normal, touch.vertexA, touch.vertexB, cache);
     cache.state = stateOf(touch, limit);
     return true;
 }
 
-Found settleNear(const ConvexCores& cores, btScalar limit, const GjkResult<btScalar>& near,
-                 GjkCache<btScalar>& cache, Touch& touch)
+ContactSearchResult solveNearFeatures(const ConvexCores& cores, btScalar limit,
+                                      const GjkResult<btScalar>& near, GjkCache<btScalar>& cache,
+                                      Touch& touch)
 {
-    const bool isSettled = settle(cores, pairsOf(cache), near.axis.cast<double>(), touch);
+    const bool isSettled = solveFeatures(cores, pairsOf(cache), near.axis.cast<double>(), touch);
     if (!isSettled)
         touch = touchAt(near, cache);
     cache.state = stateOf(touch, limit);
@@ -100,49 +102,51 @@ Found settleNear(const ConvexCores& cores, btScalar limit, const GjkResult<btSca
 }
 }  // namespace
 
-btScalar beyond(const ConvexPair& pair, const ConvexCores& cores, btScalar limit)
+btScalar padLimit(const ConvexPair& pair, const ConvexCores& cores, btScalar limit)
 {
     const btVector3 between = pair.a.transform.getOrigin() - pair.b.transform.getOrigin();
     const double size =
-        reachOf(pair.a, cores.a) + reachOf(pair.b, cores.b) + double(between.length()) + double(limit);
+        radiusOf(pair.a, cores.a) + radiusOf(pair.b, cores.b) + double(between.length()) + double(limit);
     return limit + static_cast<btScalar>(8 * double(std::numeric_limits<btScalar>::epsilon()) * size);
 }
 
-GjkState separation(const ConvexPair& pair, const ConvexCores& cores, btScalar far,
-                    const AxisTest<btScalar>& failed, GjkCache<btScalar>& cache)
+GjkState testSeparation(const ConvexPair& pair, const ConvexCores& cores, btScalar paddedLimit,
+                        const AxisTest<btScalar>& failed, GjkCache<btScalar>& cache)
 {
     if (cores.a && cores.b)
     {
         NoObserver observer;
-        return isaGjk(*cores.a, *cores.b, far, cache, observer, {}, failed).state;
+        return isaGjk(*cores.a, *cores.b, paddedLimit, cache, observer, {}, failed).state;
     }
     const PosedSupport a(pair.a.shape, pair.a.transform, cores.anchor),
         b(pair.b.shape, pair.b.transform, cores.anchor);
     if (cores.a)
-        return isaGjk(*cores.a, b, far, cache).state;
-    return cores.b ? isaGjk(a, *cores.b, far, cache).state : isaGjk(a, b, far, cache).state;
+        return isaGjk(*cores.a, b, paddedLimit, cache).state;
+    return cores.b ? isaGjk(a, *cores.b, paddedLimit, cache).state : isaGjk(a, b, paddedLimit, cache).state;
 }
 
-Found measure(const ConvexCores& cores, btScalar limit, btScalar far, GjkCache<btScalar>& cache,
-              EpaCache* memory, Touch& touch, ThreadCounter& exactTotal)
+ContactSearchResult measure(const ConvexCores& cores, btScalar limit, btScalar paddedLimit,
+                            GjkCache<btScalar>& cache, EpaCache* depthCache, Touch& touch,
+                            ThreadCounter& exactTotal)
 {
-    if (memory != nullptr && memory->vertexCount > 0)
+    if (depthCache != nullptr && depthCache->vertexCount > 0)
     {
-        const PenetrationResult<btScalar> deep = rememberedPenetration(*cores.a, *cores.b, cache, *memory);
+        const PenetrationResult<btScalar> deep =
+            rememberedPenetration(*cores.a, *cores.b, cache, *depthCache);
         if (deep.state == GjkState::Overlapping)
         {
             touch = touchAt(cores, deep);
             return {deep.state, deep.isSettled};
         }
     }
-    if (cache.state == GjkState::Near && settleAgain(cores, limit, cache, touch))
+    if (cache.state == GjkState::Near && solveLastFeatures(cores, limit, cache, touch))
         return {cache.state, true};
-    const GjkResult<btScalar> near = gjkDistance(*cores.a, *cores.b, far, cache);
+    const GjkResult<btScalar> near = gjkDistance(*cores.a, *cores.b, paddedLimit, cache);
     if (near.state == GjkState::Near)
-        return settleNear(cores, limit, near, cache, touch);
+        return solveNearFeatures(cores, limit, near, cache, touch);
     if (near.state != GjkState::Overlapping)
         return {near.state, near.state == GjkState::Separated};
-    const PenetrationResult<btScalar> deep = penetration(*cores.a, *cores.b, cache, memory);
+    const PenetrationResult<btScalar> deep = penetration(*cores.a, *cores.b, cache, depthCache);
     // The two queries may disagree about shapes that only touch.
     if (deep.state != GjkState::Overlapping)
         return {GjkState::NotConverged, false};

@@ -15,18 +15,18 @@ inline namespace CULLET_PRECISION
 {
 /// A limit plus a bound of rounding errors: cores that one search finds farther apart than this are farther apart than
 /// the limit in every search.
-btScalar beyond(const ConvexPair& pair, const ConvexCores& cores, btScalar limit);
+btScalar padLimit(const ConvexPair& pair, const ConvexCores& cores, btScalar limit);
 
 /// Tests whether the distance of the cores exceeds a limit.
 ///
-/// @param far    see beyond()
+/// @param paddedLimit    see padLimit()
 /// @param failed see isaGjk()
 /// @return Separated; Near or Overlapping; NotConverged
-GjkState separation(const ConvexPair& pair, const ConvexCores& cores, btScalar far,
-                    const AxisTest<btScalar>& failed, GjkCache<btScalar>& cache);
+GjkState testSeparation(const ConvexPair& pair, const ConvexCores& cores, btScalar paddedLimit,
+                        const AxisTest<btScalar>& failed, GjkCache<btScalar>& cache);
 
 /// The outcome of a search for the distance or depth of two polytopes.
-struct Found
+struct ContactSearchResult
 {
     GjkState state;
     /// It depends on shapes and poses alone, not on the start of the search.
@@ -35,11 +35,12 @@ struct Found
 
 /// Distance or depth of two polytopes.
 ///
-/// @param memory null: the pair is not queried again
-/// @param far    see beyond()
+/// @param depthCache null: the pair is not queried again
+/// @param paddedLimit    see padLimit()
 /// @param touch  [out] valid for Near and Overlapping
 /// @param exactTotal counts depths that only the exhaustive search has found
-Found measure(const ConvexCores& cores, btScalar limit, btScalar far, GjkCache<btScalar>& cache,
-              EpaCache* memory, Touch& touch, ThreadCounter& exactTotal);
+ContactSearchResult measure(const ConvexCores& cores, btScalar limit, btScalar paddedLimit,
+                            GjkCache<btScalar>& cache, EpaCache* depthCache, Touch& touch,
+                            ThreadCounter& exactTotal);
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

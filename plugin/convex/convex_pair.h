@@ -36,7 +36,7 @@ struct ConvexSide
         : shape(static_cast<const btConvexShape&>(collisionShape)),
           transform(where),
           kind(convexKindOf(shape)),
-          margin(kind == ConvexKind::Foreign ? btScalar(0) : marginOf(shape, kind))
+          margin(kind == ConvexKind::Unsupported ? btScalar(0) : marginOf(shape, kind))
     {
     }
 
@@ -103,13 +103,14 @@ struct ConvexPair
 
     btScalar margins() const { return a.margin + b.margin; }
     /// Two bodies share one hull shape, so its points must be compared with the cached ones only once.
-    bool isTwice() const { return &a.shape == &b.shape && a.kind == ConvexKind::Hull; }
+    bool sharesHullShape() const { return &a.shape == &b.shape && a.kind == ConvexKind::Hull; }
     /// A body may have got any other shape since its pairs were created.
     bool isConvex() const { return a.shape.isConvex() && b.shape.isConvex(); }
     /// Pairs for Bullet's algorithm: unsupported shapes, and two round ones, for which Bullet has a closed form.
-    bool isForBullet() const
+    bool isLeftToBullet() const
     {
-        return a.kind == ConvexKind::Foreign || b.kind == ConvexKind::Foreign || (a.isRound() && b.isRound());
+        return a.kind == ConvexKind::Unsupported || b.kind == ConvexKind::Unsupported ||
+               (a.isRound() && b.isRound());
     }
 
     ConvexSide a, b;
@@ -125,20 +126,20 @@ struct ConvexCores
 {
     ConvexCores(const ConvexPair& pair, const KnownHulls& known, HullUse (&hulls)[2], std::uint64_t pass)
         : a(poseSide(pair.a, known[0], hulls[0], pass)),
-          b(poseSide(pair.b, a && pair.isTwice() ? &a->hull() : known[1], hulls[1], pass))
+          b(poseSide(pair.b, a && pair.sharesHullShape() ? &a->hull() : known[1], hulls[1], pass))
     {
         if (pair.a.kind == ConvexKind::Triangle || pair.b.kind == ConvexKind::Triangle)
             placeFromAnchor(pair);
     }
 
     /// False if the core of a polytope is missing.
-    bool arePlaced(const ConvexPair& pair) const
+    bool haveCores(const ConvexPair& pair) const
     {
         return (a || !isPolytope(pair.a.kind)) && (b || !isPolytope(pair.b.kind));
     }
 
     /// Whether a hull has points only, and no graph.
-    bool haveClouds() const { return isCloud(a) || isCloud(b); }
+    bool hasCloud() const { return isCloud(a) || isCloud(b); }
 
     /// Builds the faces of hulls, which some contacts need; see HullCache::graphOf().
     ///
@@ -148,7 +149,7 @@ struct ConvexCores
         fanA.reset();
         fanB.reset();
         return buildGraph(pair.a, hulls[0], pass, a) &&
-               buildGraph(pair.b, hulls[pair.isTwice() ? 0 : 1], pass, b);
+               buildGraph(pair.b, hulls[pair.sharesHullShape() ? 0 : 1], pass, b);
     }
 
     /// Finds the faces at the support vertices of hulls without a graph.
@@ -177,11 +178,12 @@ private:
         if (!core)
             return;
         anchor = toEigen(other.transform.getOrigin()).cast<double>();
-        const Eigen::Vector3d way = wayToOrigin(anchor, triangle.shape, triangle.kind, triangle.transform);
-        core->moveTo(way);
-        const Eigen::Vector3d rest = way - core->origin();
+        const Eigen::Vector3d offset =
+            offsetToOrigin(anchor, triangle.shape, triangle.kind, triangle.transform);
+        core->moveTo(offset);
+        const Eigen::Vector3d rest = offset - core->origin();
         if (otherCore)
-            otherCore->moveTo(wayToOrigin(anchor, other.shape, other.kind, other.transform) - rest);
+            otherCore->moveTo(offsetToOrigin(anchor, other.shape, other.kind, other.transform) - rest);
         anchor += rest;
     }
 

@@ -35,7 +35,7 @@ bool isRound(ConvexKind kind)
 bool isCovered(int typeA, int typeB, const IsaGjkOptions& options)
 {
     const ConvexKind a = convexKindOf(typeA), b = convexKindOf(typeB);
-    if (a == ConvexKind::Foreign || b == ConvexKind::Foreign || (isRound(a) && isRound(b)))
+    if (a == ConvexKind::Unsupported || b == ConvexKind::Unsupported || (isRound(a) && isRound(b)))
         return false;
     const bool isSphereTriangle = (a == ConvexKind::Sphere && b == ConvexKind::Triangle) ||
                                   (a == ConvexKind::Triangle && b == ConvexKind::Sphere);

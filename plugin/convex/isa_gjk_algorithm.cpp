@@ -68,20 +68,20 @@ IsaGjkAlgorithm::~IsaGjkAlgorithm()
     if (m_ownsManifold)
         m_dispatcher->releaseManifold(m_manifold);
     touch();
-    unwatch();
+    untrack();
     m_isaGjk.leave();
 }
 
-/// Queries outside of a step may run on several threads; isOf() excludes their algorithms, so they are not marked.
+/// Queries outside of a step may run on several threads; belongsTo() excludes their algorithms, so they are not marked.
 void IsaGjkAlgorithm::touch() noexcept
 {
     if (!m_closestOnly)
         m_isaGjk.motions().pairs().touch(*this);
 }
 
-void IsaGjkAlgorithm::watch(const btCollisionObject& a, const btCollisionObject& b)
+void IsaGjkAlgorithm::track(const btCollisionObject& a, const btCollisionObject& b)
 {
-    unwatch();
+    untrack();
     BodyMotions& motions = m_isaGjk.motions();
     std::uint32_t placeA = BodyMotions::kNone;
     try
@@ -99,10 +99,10 @@ void IsaGjkAlgorithm::watch(const btCollisionObject& a, const btCollisionObject&
     }
 }
 
-void IsaGjkAlgorithm::unwatch() noexcept
+void IsaGjkAlgorithm::untrack() noexcept
 {
-    m_leeway.forget();
-    if (!isWatching())
+    m_budget.forget();
+    if (!isTracking())
         return;
     BodyMotions& motions = m_isaGjk.motions();
     if (!motions.isAbandoned(m_places[0]))
@@ -120,14 +120,14 @@ void IsaGjkAlgorithm::getAllContactManifolds(btManifoldArray& manifolds)
         return;
     // Bullet's importer calls this to put saved points into the manifold, which the next step must refresh.
     m_hasContacts = true;
-    m_leeway.forget();
+    m_budget.forget();
     manifolds.push_back(m_manifold);
 }
 
 void IsaGjkAlgorithm::processCollision(const btCollisionObjectWrapper* a, const btCollisionObjectWrapper* b,
                                        const btDispatcherInfo& info, btManifoldResult* result)
 {
-    m_leeway.forget();
+    m_budget.forget();
     if (m_manifold == nullptr)
     {
         m_manifold = m_dispatcher->getNewManifold(a->getCollisionObject(), b->getCollisionObject());
@@ -138,17 +138,17 @@ void IsaGjkAlgorithm::processCollision(const btCollisionObjectWrapper* a, const 
     if (m_manifold == nullptr)
         return;
     m_breakingThreshold = m_manifold->getContactBreakingThreshold();
-    ApartTest failed;
-    bool isApart;
+    FailedProof failed;
+    bool isSeparated;
     {
         // In a block of its own, so that the compiler can keep it in registers.
         const ConvexPair pair(*a, *b);
         const bool isStep = isOfStep(*result);
         // Returns false for invalid shapes and transforms.
-        isApart =
-            staysApart(pair, limitOf(pair, m_breakingThreshold, *result, isStep), passOf(isStep), failed);
+        isSeparated = axisStillSeparates(pair, limitOf(pair, m_breakingThreshold, *result, isStep),
+                                         passOf(isStep), failed);
     }
-    if (!isApart)
+    if (!isSeparated)
         return collideAndRefresh(ConvexPair(*a, *b), info, failed, *result);
     count(m_isaGjk.counters().separated);
     m_hasContacts = m_manifold->getNumContacts() > 0;
@@ -166,7 +166,7 @@ void IsaGjkAlgorithm::refresh(btManifoldResult& result)
 
 /// @param failed result of the cached axis, which did not separate the cores
 void IsaGjkAlgorithm::collideAndRefresh(const ConvexPair& pair, const btDispatcherInfo& info,
-                                        ApartTest& failed, btManifoldResult& result)
+                                        FailedProof& failed, btManifoldResult& result)
 {
     // True until the points are counted: a contact callback that throws leaves points behind.
     m_hasContacts = true;
@@ -177,11 +177,11 @@ void IsaGjkAlgorithm::collideAndRefresh(const ConvexPair& pair, const btDispatch
         return;
     }
     const btConvexConvexAlgorithm::CreateFunc& stock = m_isaGjk.stock();
-    const bool wantsMore = stock.m_numPerturbationIterations > 0 && m_cache.state != GjkState::Separated &&
-                           !m_closestOnly &&
-                           m_manifold->getNumContacts() < stock.m_minimumPointsPerturbationThreshold;
-    if (!isAnswered || wantsMore)
-        runStock(pair, info, result);
+    const bool needsPerturbation = stock.m_numPerturbationIterations > 0 &&
+                                   m_cache.state != GjkState::Separated && !m_closestOnly &&
+                                   m_manifold->getNumContacts() < stock.m_minimumPointsPerturbationThreshold;
+    if (!isAnswered || needsPerturbation)
+        runBulletAlgorithm(pair, info, result);
     // Bullet's algorithm itself refreshes the manifold of two round shapes, even if it does not own it.
     const bool isRefreshed = !isAnswered && pair.a.isRound() && pair.b.isRound() &&
                              (pair.a.kind == ConvexKind::Capsule || pair.b.kind == ConvexKind::Capsule);
@@ -198,71 +198,72 @@ std::uint64_t IsaGjkAlgorithm::passOf(bool isStep) const
 }
 
 /// Whether the cached axis still separates the cores.
-[[gnu::always_inline]] inline bool IsaGjkAlgorithm::staysApart(const ConvexPair& pair, btScalar limit,
-                                                               std::uint64_t pass, ApartTest& failed,
-                                                               AxisRoom* room)
+[[gnu::always_inline]] inline bool IsaGjkAlgorithm::axisStillSeparates(const ConvexPair& pair, btScalar limit,
+                                                                       std::uint64_t pass,
+                                                                       FailedProof& failed,
+                                                                       AxisSurplus* surplus)
 {
     StretchedHull a, b;
     if (m_cache.state != GjkState::Separated ||
         !stretchShape(pair.a.shape, pair.a.transform, m_hulls[0], pass, a))
         return false;
-    if (pair.isTwice())
+    if (pair.sharesHullShape())
         b = {a.hull, a.stretch, &pair.b.transform};
     else if (!stretchShape(pair.b.shape, pair.b.transform, m_hulls[1], pass, b))
         return false;
     failed.hulls = {a.hull, b.hull};
-    return staysSeparated(a, b, limit, m_cache, room, &failed.axis);
+    return staysSeparated(a, b, limit, m_cache, surplus, &failed.axis);
 }
 
 bool IsaGjkAlgorithm::isIdle(const btCollisionObject& a, const btCollisionObject& b)
 {
-    m_leeway.forget();
+    m_budget.forget();
     const bool isNew = m_manifold == nullptr && m_cache.state == GjkState::NotConverged;
     if (m_hasContacts || m_breakingThreshold < 0 || (m_cache.state != GjkState::Separated && !isNew))
         return false;
     // A kinematic body needs a manifold; see isIdle() in the header.
     if (m_manifold == nullptr && (a.isKinematicObject() || b.isKinematicObject()))
         return false;
-    const bool remembers = remembersRoom();
-    ApartTest failed;
+    const bool usesBudget = canUseBudget();
+    FailedProof failed;
     {
         // In a block of its own, so that the compiler can keep it in registers.
         const ConvexPair pair(a, b);
-        AxisRoom room;
-        if (staysApart(pair, pair.margins() + m_breakingThreshold, m_isaGjk.pass(), failed,
-                       remembers ? &room : nullptr))
+        AxisSurplus surplus;
+        if (axisStillSeparates(pair, pair.margins() + m_breakingThreshold, m_isaGjk.pass(), failed,
+                               usesBudget ? &surplus : nullptr))
         {
-            if (remembers)
-                m_leeway.set(room);
+            if (usesBudget)
+                m_budget.set(surplus);
             return true;
         }
     }
-    return findsAxis(a, b, failed, remembers);
+    return findsSeparatingAxis(a, b, failed, usesBudget);
 }
 
 /// Whether a search finds another axis that separates the cores.
-bool IsaGjkAlgorithm::findsAxis(const btCollisionObject& a, const btCollisionObject& b, ApartTest& failed,
-                                bool remembers)
+bool IsaGjkAlgorithm::findsSeparatingAxis(const btCollisionObject& a, const btCollisionObject& b,
+                                          FailedProof& failed, bool usesBudget)
 {
     const ConvexPair pair(a, b);
     const btScalar limit = pair.margins() + m_breakingThreshold;
-    if (pair.isForBullet() || !canRunConcurrently(pair.a.shape.getShapeType()) ||
+    if (pair.isLeftToBullet() || !canRunConcurrently(pair.a.shape.getShapeType()) ||
         !canRunConcurrently(pair.b.shape.getShapeType()))
         return false;
     const ConvexCores cores(pair, failed.hulls, m_hulls, m_isaGjk.pass());
-    if (!cores.arePlaced(pair) ||
-        separation(pair, cores, beyond(pair, cores, limit), failed.axis, m_cache) != GjkState::Separated)
+    if (!cores.haveCores(pair) || testSeparation(pair, cores, padLimit(pair, cores, limit), failed.axis,
+                                                 m_cache) != GjkState::Separated)
         return false;
-    AxisRoom room;
-    ApartTest unused;
-    if (remembers && staysApart(pair, limit, m_isaGjk.pass(), unused, &room))
-        m_leeway.set(room);
+    AxisSurplus surplus;
+    FailedProof unused;
+    if (usesBudget && axisStillSeparates(pair, limit, m_isaGjk.pass(), unused, &surplus))
+        m_budget.set(surplus);
     return true;
 }
 
-/// @param reach added to the breaking threshold, up to which points of a patch are reported
+/// @param extraDistance added to the breaking threshold, up to which points of a patch are reported
 [[gnu::always_inline]] inline void IsaGjkAlgorithm::report(const ConvexPair& pair, const ConvexCores& cores,
-                                                           const Touch& touch, btScalar reach,
+                                                           const Touch& touch, btScalar extraDistance,
                                                            btManifoldResult& result)
 {
     // As in Bullet: if the application had faces computed for both shapes, hulls touch without their margins.
@@ -272,7 +273,7 @@ bool IsaGjkAlgorithm::findsAxis(const btCollisionObject& a, const btCollisionObj
     const btVector3 normal = toBullet(touch.normal);
     const btVector3 onB = toBullet(cores.a->origin() + touch.onB + marginB * touch.normal + cores.anchor);
     const btScalar margins = static_cast<btScalar>(marginA + marginB);
-    const double limit = marginA + marginB + double(m_breakingThreshold) + double(reach);
+    const double limit = marginA + marginB + double(m_breakingThreshold) + double(extraDistance);
     if (m_closestOnly || touch.distance > limit)
         return result.addContactPoint(normal, onB, static_cast<btScalar>(touch.distance - marginA - marginB));
     const ContactPatch patch = makeContactPatch(
@@ -298,7 +299,7 @@ bool IsaGjkAlgorithm::findsAxis(const btCollisionObject& a, const btCollisionObj
 }
 
 /// @return false if Bullet's own algorithm must answer
-bool IsaGjkAlgorithm::collide(const ConvexPair& pair, const btDispatcherInfo& info, ApartTest& failed,
+bool IsaGjkAlgorithm::collide(const ConvexPair& pair, const btDispatcherInfo& info, FailedProof& failed,
                               btManifoldResult& result)
 {
     bool isReporting = false;
@@ -319,7 +320,7 @@ bool IsaGjkAlgorithm::collide(const ConvexPair& pair, const btDispatcherInfo& in
 /// @param isReporting [out] contact callbacks may be running
 [[gnu::always_inline]] inline bool IsaGjkAlgorithm::collideOrThrow(const ConvexPair& pair,
                                                                    const btDispatcherInfo& info,
-                                                                   ApartTest& failed,
+                                                                   FailedProof& failed,
                                                                    btManifoldResult& result,
                                                                    bool& isReporting)
 {
@@ -328,13 +329,13 @@ bool IsaGjkAlgorithm::collide(const ConvexPair& pair, const btDispatcherInfo& in
     const btScalar limit = limitOf(pair, m_breakingThreshold, result, isStep);
     if (!pair.isConvex() || !pair.a.isFinite() || !pair.b.isFinite())
         return true;
-    if (pair.isForBullet())
+    if (pair.isLeftToBullet())
     {
         count(counters.delegated);
         return false;
     }
     ConvexCores cores(pair, failed.hulls, m_hulls, passOf(isStep));
-    if (!cores.arePlaced(pair))
+    if (!cores.haveCores(pair))
     {
         if (!pair.a.hasPoints() || !pair.b.hasPoints())
             return true;
@@ -349,9 +350,10 @@ bool IsaGjkAlgorithm::collide(const ConvexPair& pair, const btDispatcherInfo& in
     else
     {
         // Bullet handles all other shapes that touch, and detects as well when they separate.
-        const bool isBullets = !arePolytopes && m_ownsManifold && m_manifold->getNumContacts() > 0;
-        state = isBullets ? GjkState::Near
-                          : separation(pair, cores, beyond(pair, cores, limit), failed.axis, m_cache);
+        const bool isBulletContact = !arePolytopes && m_ownsManifold && m_manifold->getNumContacts() > 0;
+        state = isBulletContact
+                    ? GjkState::Near
+                    : testSeparation(pair, cores, padLimit(pair, cores, limit), failed.axis, m_cache);
         if (state == GjkState::Near || state == GjkState::Overlapping)
         {
             count(counters.delegated);
@@ -381,37 +383,37 @@ GjkState IsaGjkAlgorithm::search(const ConvexPair& pair, ConvexCores& cores, btS
                                  const AxisTest<btScalar>& failed, std::uint64_t pass, Touch& touch)
 {
     // The algorithm of a mesh's triangle exists for one query only.
-    const bool isKept = pair.a.kind != ConvexKind::Triangle && pair.b.kind != ConvexKind::Triangle;
+    const bool isPersistentPair = pair.a.kind != ConvexKind::Triangle && pair.b.kind != ConvexKind::Triangle;
     const bool wasNear = m_cache.state == GjkState::Near || m_cache.state == GjkState::Overlapping;
     // If the last result depended on its start, this one probably does too.
     if (wasNear && !m_isSettled)
         forget();
-    bool isFresh =
-        m_cache.state == GjkState::NotConverged && !remembersAxis(m_cache) && m_depth.vertexCount == 0;
-    bool mayBuild = cores.haveClouds();
+    bool isColdStart =
+        m_cache.state == GjkState::NotConverged && !remembersAxis(m_cache) && m_epaCache.vertexCount == 0;
+    bool mayBuild = cores.hasCloud();
     AxisTest<btScalar> test = failed;
     for (;;)
     {
-        const btScalar far = beyond(pair, cores, limit);
-        Found found = {GjkState::Near, false};
-        if (isFresh || !wasNear)
-            found.state = separation(pair, cores, far, test, m_cache);
+        const btScalar paddedLimit = padLimit(pair, cores, limit);
+        ContactSearchResult found = {GjkState::Near, false};
+        if (isColdStart || !wasNear)
+            found.state = testSeparation(pair, cores, paddedLimit, test, m_cache);
         found.isSettled = found.state == GjkState::Separated;
         if (found.state == GjkState::Near || found.state == GjkState::Overlapping)
-            found = measure(cores, limit, far, m_cache, isKept ? &m_depth : nullptr, touch,
-                            m_isaGjk.counters().exact);
+            found = measure(cores, limit, paddedLimit, m_cache, isPersistentPair ? &m_epaCache : nullptr,
+                            touch, m_isaGjk.counters().exact);
         m_isSettled = found.isSettled;
         const bool isDone =
             m_isSettled && (!mayBuild || found.state == GjkState::Separated || findsFaces(cores, touch));
         if (isDone && mayBuild && found.state != GjkState::Separated)
             countContact();
-        if (isDone || (isFresh && !mayBuild))
+        if (isDone || (isColdStart && !mayBuild))
             return found.state;
         if (std::exchange(mayBuild, false) && !cores.buildGraphs(pair, m_hulls, pass))
             return GjkState::NotConverged;
         forget();
         test = AxisTest<btScalar>();
-        isFresh = true;
+        isColdStart = true;
     }
 }
 
@@ -431,10 +433,11 @@ void IsaGjkAlgorithm::countContact() noexcept
 void IsaGjkAlgorithm::forget()
 {
     m_cache = GjkCache<btScalar>();
-    m_depth.vertexCount = 0;
+    m_epaCache.vertexCount = 0;
 }
 
-void IsaGjkAlgorithm::runStock(const ConvexPair& pair, const btDispatcherInfo& info, btManifoldResult& result)
+void IsaGjkAlgorithm::runBulletAlgorithm(const ConvexPair& pair, const btDispatcherInfo& info,
+                                         btManifoldResult& result)
 {
     // With a given manifold, Bullet's algorithm owns nothing, and its construction costs next to nothing.
     const btCollisionAlgorithmConstructionInfo construction(m_dispatcher, 0);

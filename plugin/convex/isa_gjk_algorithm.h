@@ -47,22 +47,25 @@ public:
     /// Enables isIdle() before the first processCollision(), so that a pair that never touches needs no manifold.
     ///
     /// @param breakingThreshold the one that its manifold would have
-    void expect(btScalar breakingThreshold) { m_breakingThreshold = breakingThreshold; }
+    void setBreakingThreshold(btScalar breakingThreshold) { m_breakingThreshold = breakingThreshold; }
 
     /// For a pair in the pair cache that the registration's BodyMotions serve; call again after abandon().
-    void watch(const btCollisionObject& a, const btCollisionObject& b);
-    bool isWatching() const { return m_places[0] != BodyMotions::kNone; }
+    void track(const btCollisionObject& a, const btCollisionObject& b);
+    bool isTracking() const { return m_places[0] != BodyMotions::kNone; }
     /// False for a pair of another dispatcher in a shared array, whose bodies these BodyMotions do not track, and for
     /// an algorithm of queries outside of a step.
-    bool isOf(const btDispatcher& dispatcher) const { return m_dispatcher == &dispatcher && !m_closestOnly; }
+    bool belongsTo(const btDispatcher& dispatcher) const
+    {
+        return m_dispatcher == &dispatcher && !m_closestOnly;
+    }
 
     /// True if the last isIdle() was true, the pair has not changed since, and its bodies have not moved far enough to
     /// make it false now. Call after every update of the motions.
     bool staysIdle(BodyMotions& motions)
     {
         // Untracked pairs have no budget.
-        if (m_leeway.isForgotten() ||
-            !m_leeway.outlasts(motions.approach(m_places[0], m_places[1], m_cache.axis, m_leeway.rates())))
+        if (m_budget.isForgotten() || !m_budget.consume(motions.approachBound(
+                                          m_places[0], m_places[1], m_cache.axis, m_budget.rates())))
             return false;
         motions.use(m_places[0]);
         motions.use(m_places[1]);
@@ -78,27 +81,28 @@ public:
 
 private:
     void touch() noexcept;
-    void unwatch() noexcept;
-    bool remembersRoom() const
+    void untrack() noexcept;
+    bool canUseBudget() const
     {
-        return isWatching() && !m_isaGjk.motions().isPaused(m_places[0]) &&
+        return isTracking() && !m_isaGjk.motions().isPaused(m_places[0]) &&
                !m_isaGjk.motions().isPaused(m_places[1]);
     }
     /// The results of a failed proof by the cached axis.
-    struct ApartTest
+    struct FailedProof
     {
         AxisTest<btScalar> axis;
         KnownHulls hulls = {};
     };
     std::uint64_t passOf(bool isStep) const;
-    bool staysApart(const ConvexPair& pair, btScalar limit, std::uint64_t pass, ApartTest& failed,
-                    AxisRoom* room = nullptr);
-    bool findsAxis(const btCollisionObject& a, const btCollisionObject& b, ApartTest& failed, bool remembers);
-    void collideAndRefresh(const ConvexPair& pair, const btDispatcherInfo& info, ApartTest& failed,
+    bool axisStillSeparates(const ConvexPair& pair, btScalar limit, std::uint64_t pass, FailedProof& failed,
+                            AxisSurplus* surplus = nullptr);
+    bool findsSeparatingAxis(const btCollisionObject& a, const btCollisionObject& b, FailedProof& failed,
+                             bool usesBudget);
+    void collideAndRefresh(const ConvexPair& pair, const btDispatcherInfo& info, FailedProof& failed,
                            btManifoldResult& result);
-    bool collide(const ConvexPair& pair, const btDispatcherInfo& info, ApartTest& failed,
+    bool collide(const ConvexPair& pair, const btDispatcherInfo& info, FailedProof& failed,
                  btManifoldResult& result);
-    bool collideOrThrow(const ConvexPair& pair, const btDispatcherInfo& info, ApartTest& failed,
+    bool collideOrThrow(const ConvexPair& pair, const btDispatcherInfo& info, FailedProof& failed,
                         btManifoldResult& result, bool& isReporting);
     GjkState search(const ConvexPair& pair, ConvexCores& cores, btScalar limit,
                     const AxisTest<btScalar>& failed, std::uint64_t pass, Touch& touch);
@@ -106,15 +110,15 @@ private:
     void countContact() noexcept;
     void forget();
     void refresh(btManifoldResult& result);
-    void report(const ConvexPair& pair, const ConvexCores& cores, const Touch& touch, btScalar reach,
+    void report(const ConvexPair& pair, const ConvexCores& cores, const Touch& touch, btScalar extraDistance,
                 btManifoldResult& result);
-    void runStock(const ConvexPair& pair, const btDispatcherInfo& info, btManifoldResult& result);
+    void runBulletAlgorithm(const ConvexPair& pair, const btDispatcherInfo& info, btManifoldResult& result);
 
     // The members that staysIdle() reads are first.
     std::uint32_t m_places[2] = {BodyMotions::kNone, BodyMotions::kNone};
-    Leeway m_leeway;
+    SeparationBudget m_budget;
     GjkCache<btScalar> m_cache;
-    EpaCache m_depth;
+    EpaCache m_epaCache;
     bool m_ownsManifold : 1;
     bool m_closestOnly : 1;
     bool m_hasContacts : 1;  ///< may be true without contacts, if others share the manifold

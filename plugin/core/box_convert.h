@@ -47,7 +47,7 @@ inline bool overlapsExactly(const btBroadphaseProxy& a, const btBroadphaseProxy&
 }
 
 /// Whether the exact boxes, grown by a margin, are separated: the negation of overlapsWithMargin() on the float boxes.
-inline bool areApartBy(const btBroadphaseProxy& a, const btBroadphaseProxy& b, btScalar margin)
+inline bool areSeparatedBy(const btBroadphaseProxy& a, const btBroadphaseProxy& b, btScalar margin)
 {
     const btScalar limit = 2 * margin;
     for (int axis = 0; axis < 3; ++axis)

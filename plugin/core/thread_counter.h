@@ -17,25 +17,25 @@ public:
         const void* first = m_first.load(std::memory_order_relaxed);
         if (first == self ||
             (first == nullptr && m_first.compare_exchange_strong(first, self, std::memory_order_relaxed)))
-            m_ofFirst.store(m_ofFirst.load(std::memory_order_relaxed) + count, std::memory_order_relaxed);
+            m_firstSum.store(m_firstSum.load(std::memory_order_relaxed) + count, std::memory_order_relaxed);
         else
-            m_ofOthers.fetch_add(count, std::memory_order_relaxed);
+            m_otherSum.fetch_add(count, std::memory_order_relaxed);
     }
     void reset()
     {
         m_first.store(nullptr, std::memory_order_relaxed);
-        m_ofFirst.store(0, std::memory_order_relaxed);
-        m_ofOthers.store(0, std::memory_order_relaxed);
+        m_firstSum.store(0, std::memory_order_relaxed);
+        m_otherSum.store(0, std::memory_order_relaxed);
     }
     std::uint64_t value() const
     {
-        return m_ofFirst.load(std::memory_order_relaxed) + m_ofOthers.load(std::memory_order_relaxed);
+        return m_firstSum.load(std::memory_order_relaxed) + m_otherSum.load(std::memory_order_relaxed);
     }
 
 private:
     static inline thread_local char t_self = 0;  ///< its address identifies the thread
 
     std::atomic<const void*> m_first{nullptr};
-    std::atomic<std::uint64_t> m_ofFirst{0}, m_ofOthers{0};
+    std::atomic<std::uint64_t> m_firstSum{0}, m_otherSum{0};
 };
 }  // namespace cullet

@@ -109,30 +109,30 @@ btBroadphasePair* PairCache::addPairUnfiltered(btBroadphaseProxy* proxy0, btBroa
     const std::uint32_t known = indexOf(sorted);
     if (known != kNone)
         return pairAt(known);
-    if (isBeingTold(sorted))
+    if (isBeingReported(sorted))
         return nullptr;
     if (m_ghosts == nullptr)
         return append(sorted);
     Addition addition(*this, idsOf(sorted));
-    return addTold(sorted, addition);
+    return addReported(sorted, addition);
 }
 
 /// Whether the ghost callback for an addition of this same pair is running.
-bool PairCache::isBeingTold(const ProxyPair& sorted) const
+bool PairCache::isBeingReported(const ProxyPair& sorted) const
 {
     for (const Addition* addition = m_additions; addition != nullptr; addition = addition->outer())
     {
-        if (addition->told.first != nullptr && addition->ids == idsOf(sorted))
+        if (addition->reported.first != nullptr && addition->ids == idsOf(sorted))
             return true;
     }
     return false;
 }
 
-btBroadphasePair* PairCache::addTold(const ProxyPair& sorted, Addition& addition)
+btBroadphasePair* PairCache::addReported(const ProxyPair& sorted, Addition& addition)
 {
     if (!hasMemory(sorted))
         return nullptr;
-    addition.told = sorted;
+    addition.reported = sorted;
     m_ghosts->addOverlappingPair(sorted.first, sorted.second);
     // The callback may have changed the cache.
     return addition.isCancelled ? nullptr : append(sorted);
@@ -155,11 +155,11 @@ bool PairCache::hasMemory(const ProxyPair& sorted)
 }
 
 /// Whether an addition in progress needs the anchor of this proxy: one for which hasMemory() was true.
-bool PairCache::isAwaited(std::uint32_t id) const noexcept
+bool PairCache::isAnchorNeeded(std::uint32_t id) const noexcept
 {
     for (const Addition* addition = m_additions; addition != nullptr; addition = addition->outer())
     {
-        if (addition->told.first != nullptr && (addition->ids.first == id || addition->ids.second == id))
+        if (addition->reported.first != nullptr && (addition->ids.first == id || addition->ids.second == id))
             return true;
     }
     return false;
@@ -170,7 +170,7 @@ void PairCache::dropAnchors(Pair ids) noexcept
 {
     for (const std::uint32_t id : {ids.first, ids.second})
     {
-        if (!isAwaited(id))
+        if (!isAnchorNeeded(id))
             m_links.dropIfUnused(id);
     }
 }

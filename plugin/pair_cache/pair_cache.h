@@ -213,13 +213,13 @@ private:
     std::uint32_t indexOf(Pair ids) const;
     void makeRoom();
     void growTo(std::size_t pairCount);
-    bool isBeingTold(const ProxyPair& sorted) const;
-    btBroadphasePair* addTold(const ProxyPair& sorted, Addition& addition);
-    template <class IsMeant>
-    void cancelAdditions(IsMeant isMeant, btDispatcher* dispatcher);
+    bool isBeingReported(const ProxyPair& sorted) const;
+    btBroadphasePair* addReported(const ProxyPair& sorted, Addition& addition);
+    template <class IsAffected>
+    void cancelAdditions(IsAffected isAffected, btDispatcher* dispatcher);
     void* cancelAddition(Pair ids, btDispatcher* dispatcher);
     bool hasMemory(const ProxyPair& sorted);
-    bool isAwaited(std::uint32_t id) const noexcept;
+    bool isAnchorNeeded(std::uint32_t id) const noexcept;
     void dropAnchors(Pair ids) noexcept;
     btBroadphasePair* append(const ProxyPair& sorted);
     void prefetchRemoval(const Pair* coming, std::size_t count);
@@ -227,8 +227,8 @@ private:
     void prefetchNeighbours(std::uint32_t index);
     void* removeAt(std::uint32_t index, btDispatcher* dispatcher);
     void* removeWithCallbacks(std::uint32_t index, btDispatcher* dispatcher);
-    void removeAsAsked(const Cursor& cursor, btDispatcher* dispatcher);
-    void* removeFollowed(const Cursor& cursor, btDispatcher* dispatcher);
+    void removeForCallback(const Cursor& cursor, btDispatcher* dispatcher);
+    void* removeTracked(const Cursor& cursor, btDispatcher* dispatcher);
     void detach(std::uint32_t index);
     void fillHole(std::uint32_t hole);
     void fillDetached(std::uint32_t hole);

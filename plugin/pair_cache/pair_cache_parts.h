@@ -86,7 +86,7 @@ public:
     ~Addition()
     {
         m_cache.m_additions = m_outer;
-        if (told.first != nullptr)
+        if (reported.first != nullptr)
             m_cache.dropAnchors(ids);
     }
     Addition(const Addition&) = delete;
@@ -96,7 +96,7 @@ public:
 
     const Pair ids;
     /// The proxies that the ghost callback has received, and must receive again if the pair is not added; null: none.
-    ProxyPair told = {};
+    ProxyPair reported = {};
     bool isCancelled = false;
 
 private:

@@ -27,7 +27,7 @@ void PairCache::processAllOverlappingPairs(btOverlapCallback* callback, btDispat
         ++m_visited;
         const bool isDone = callback->processOverlap(*pairAt(index));
         if (isDone)
-            removeAsAsked(cursor, dispatcher);
+            removeForCallback(cursor, dispatcher);
         // If the pair was removed or moved, its entry holds another pair, which is visited next.
         if (cursor.index == index)
             ++index;
@@ -35,7 +35,7 @@ void PairCache::processAllOverlappingPairs(btOverlapCallback* callback, btDispat
 }
 
 /// Removes the pair for which a callback returned true, unless the callback has removed it itself.
-void PairCache::removeAsAsked(const Cursor& cursor, btDispatcher* dispatcher)
+void PairCache::removeForCallback(const Cursor& cursor, btDispatcher* dispatcher)
 {
     if (cursor.index == kNone)
         return;
@@ -92,7 +92,7 @@ void PairCache::processOrdered(btOverlapCallback* callback, btDispatcher* dispat
         ++m_visited;
         const bool isDone = callback->processOverlap(*pairAt(cursor.index));
         if (isDone)
-            removeAsAsked(cursor, dispatcher);
+            removeForCallback(cursor, dispatcher);
     }
     m_order = std::move(sorted);
 }

@@ -79,17 +79,17 @@ void PairCache::removePairsOf(btBroadphaseProxy* proxy, btDispatcher* dispatcher
     cancelAdditions([id](Pair ids) { return ids.first == id || ids.second == id; }, dispatcher);
 }
 
-template <class IsMeant>
-void PairCache::cancelAdditions(IsMeant isMeant, btDispatcher* dispatcher)
+template <class IsAffected>
+void PairCache::cancelAdditions(IsAffected isAffected, btDispatcher* dispatcher)
 {
     for (Addition* addition = m_additions; addition != nullptr; addition = addition->outer())
     {
-        if (addition->isCancelled || !isMeant(addition->ids))
+        if (addition->isCancelled || !isAffected(addition->ids))
             continue;
         addition->isCancelled = true;
-        const ProxyPair told = addition->told;
-        if (told.first != nullptr && m_ghosts != nullptr)
-            m_ghosts->removeOverlappingPair(told.first, told.second, dispatcher);
+        const ProxyPair reported = addition->reported;
+        if (reported.first != nullptr && m_ghosts != nullptr)
+            m_ghosts->removeOverlappingPair(reported.first, reported.second, dispatcher);
     }
 }
 
@@ -119,10 +119,10 @@ void* PairCache::removeWithCallbacks(std::uint32_t index, btDispatcher* dispatch
     Cursor cursor(*this, index);
     cleanOverlappingPair(*pairAt(index), dispatcher);
     // The destructor of the algorithm may have removed the pair.
-    return cursor.index != kNone ? removeFollowed(cursor, dispatcher) : nullptr;
+    return cursor.index != kNone ? removeTracked(cursor, dispatcher) : nullptr;
 }
 
-void* PairCache::removeFollowed(const Cursor& cursor, btDispatcher* dispatcher)
+void* PairCache::removeTracked(const Cursor& cursor, btDispatcher* dispatcher)
 {
     const btBroadphasePair pair = *pairAt(cursor.index);
     detach(cursor.index);

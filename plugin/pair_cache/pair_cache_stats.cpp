@@ -44,7 +44,7 @@ bool PairCache::isConsistent() const
 {
     if (m_hash.size() != size())
         return false;
-    std::uint64_t passedBy = 0;
+    std::uint64_t overflowCount = 0;
     for (std::uint32_t index = 0; index < size(); ++index)
     {
         const btBroadphasePair& pair = m_pairs[static_cast<int>(index)];
@@ -52,9 +52,9 @@ bool PairCache::isConsistent() const
             return false;
         if (indexOf(idsOf(pair)) != index)
             return false;
-        passedBy += m_hash.probesOf(hashOfPair(idsOf(pair)), index) - 1;
+        overflowCount += m_hash.probesOf(hashOfPair(idsOf(pair)), index) - 1;
     }
-    if (m_hash.passedByCount() != passedBy)
+    if (m_hash.totalOverflowCount() != overflowCount)
         return false;
     return m_links.isConsistent(size(),
                                 [&](std::uint32_t pair) { return idsOf(m_pairs[static_cast<int>(pair)]); });

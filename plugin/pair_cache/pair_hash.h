@@ -54,12 +54,12 @@ public:
     }
 
     /// Prefetches the block in which a search begins.
-    void prefetch(std::uint64_t hash) const noexcept { __builtin_prefetch(&m_blocks[home(hash)]); }
+    void prefetch(std::uint64_t hash) const noexcept { __builtin_prefetch(&m_blocks[homeBlock(hash)]); }
 
     /// The probable result of find(), from one block only; or kNone.
     std::uint32_t guess(std::uint64_t hash) const noexcept
     {
-        const Block& block = m_blocks[home(hash)];
+        const Block& block = m_blocks[homeBlock(hash)];
         const unsigned slots = block.slotsWith(tagOf(hash));
         return slots != 0 ? block.indices[__builtin_ctz(slots)] : kNone;
     }
@@ -96,12 +96,12 @@ public:
     /// @pre hasRoom(); the pair is not in the table
     void insert(std::uint64_t hash, std::uint32_t index) noexcept
     {
-        std::size_t block = home(hash);
+        std::size_t block = homeBlock(hash);
         unsigned free = m_blocks[block].slotsWith(0);
         for (; free == 0; free = m_blocks[block].slotsWith(0))
         {
-            ++m_blocks[block].passedBy;
-            block = following(block);
+            ++m_blocks[block].overflowCount;
+            block = nextBlock(block);
         }
         const int slot = __builtin_ctz(free);
         m_blocks[block].tags[slot] = tagOf(hash);
@@ -114,9 +114,9 @@ public:
     {
         const Place place = placeOf(hash, index);
         m_blocks[place.block].tags[place.slot] = 0;
-        for (std::size_t block = home(hash); block != place.block; block = following(block))
+        for (std::size_t block = homeBlock(hash); block != place.block; block = nextBlock(block))
         {
-            --m_blocks[block].passedBy;
+            --m_blocks[block].overflowCount;
         }
         --m_count;
     }
@@ -131,15 +131,15 @@ public:
     std::size_t probesOf(std::uint64_t hash, std::uint32_t index) const noexcept
     {
         const std::size_t block = placeOf(hash, index).block;
-        return (block + m_blocks.size() - home(hash)) % m_blocks.size() + 1;
+        return (block + m_blocks.size() - homeBlock(hash)) % m_blocks.size() + 1;
     }
 
     /// Sum of all overflow counts, which is the sum of probesOf() - 1 over all entries. O(blocks).
-    std::uint64_t passedByCount() const noexcept
+    std::uint64_t totalOverflowCount() const noexcept
     {
         std::uint64_t count = 0;
         for (const Block& block : m_blocks)
-            count += block.passedBy;
+            count += block.overflowCount;
         return count;
     }
 
@@ -155,7 +155,8 @@ private:
     struct alignas(64) Block
     {
         std::uint16_t tags[kSlots];  // 0: the slot is free
-        std::uint32_t passedBy;  // entries in later blocks that this block would hold if it had not been full
+        std::uint32_t
+            overflowCount;  // entries in later blocks that this block would hold if it had not been full
         std::uint32_t indices[kSlots];
 
         /// Bit i: tags[i] == tag.
@@ -191,11 +192,11 @@ private:
         return tag != 0 ? tag : 1;
     }
 
-    std::size_t home(std::uint64_t hash) const noexcept
+    std::size_t homeBlock(std::uint64_t hash) const noexcept
     {
         return (hash >> 32) * m_blocks.size() >> 32;
     }
-    std::size_t following(std::size_t block) const noexcept
+    std::size_t nextBlock(std::size_t block) const noexcept
     {
         return block + 1 < m_blocks.size() ? block + 1 : 0;
     }
@@ -203,9 +204,9 @@ private:
     template <class Matches>
     Place locate(std::uint64_t hash, Matches matches) const
     {
-        std::size_t at = home(hash);
+        std::size_t at = homeBlock(hash);
         // At most once around the table: in a small one every block may have overflowed.
-        for (std::size_t looked = 0; looked < m_blocks.size(); ++looked, at = following(at))
+        for (std::size_t probed = 0; probed < m_blocks.size(); ++probed, at = nextBlock(at))
         {
             const Block& block = m_blocks[at];
             for (unsigned slots = block.slotsWith(tagOf(hash)); slots != 0; slots &= slots - 1)
@@ -214,7 +215,7 @@ private:
                 if (matches(block.indices[slot]))
                     return {at, slot};
             }
-            if (block.passedBy == 0)
+            if (block.overflowCount == 0)
                 break;
         }
         return {0, -1};

@@ -55,7 +55,7 @@ std::unique_ptr<Backend> makeBestBackend(const BroadphaseOptions& options, std::
 
 BackendChooser::BackendChooser(const Backend& begin, std::uint32_t deviceBodies, Make makeSmall,
                                Make makeLarge)
-    : m_known(&begin),
+    : m_ownBackend(&begin),
       m_deviceBodies(deviceBodies),
       m_makeSmall(std::move(makeSmall)),
       m_makeLarge(std::move(makeLarge))
@@ -64,16 +64,16 @@ BackendChooser::BackendChooser(const Backend& begin, std::uint32_t deviceBodies,
 
 std::unique_ptr<Backend> BackendChooser::choose(const Backend& now, std::uint32_t bodies)
 {
-    if (&now != m_known)
-        m_known = nullptr;
+    if (&now != m_ownBackend)
+        m_ownBackend = nullptr;
     const bool isLarge = bodies >= (m_isLarge ? m_deviceBodies / 2 : m_deviceBodies);
-    m_misfits = isLarge == m_isLarge ? 0 : m_misfits + 1;
-    if (m_known == nullptr || m_misfits < kUpdatesOfPatience)
+    m_mismatches = isLarge == m_isLarge ? 0 : m_mismatches + 1;
+    if (m_ownBackend == nullptr || m_mismatches < kSwitchDelay)
         return nullptr;
     std::unique_ptr<Backend> next = isLarge ? m_makeLarge() : m_makeSmall();
-    m_known = next.get();
+    m_ownBackend = next.get();
     m_isLarge = isLarge;
-    m_misfits = 0;
+    m_mismatches = 0;
     return next;
 }
 

@@ -45,14 +45,14 @@ public:
     /// @return the backend that replaces `now`; null: keep `now`
     std::unique_ptr<Backend> choose(const Backend& now, std::uint32_t bodies);
 
-    static constexpr int kUpdatesOfPatience = 8;
+    static constexpr int kSwitchDelay = 8;
 
 private:
-    const Backend* m_known = nullptr;  ///< the chooser's own backend; null: the chooser is inactive
+    const Backend* m_ownBackend = nullptr;  ///< the chooser's own backend; null: the chooser is inactive
     std::uint32_t m_deviceBodies = 0;
     Make m_makeSmall, m_makeLarge;
     bool m_isLarge = false;
-    int m_misfits = 0;  ///< consecutive updates for which the other backend would be better
+    int m_mismatches = 0;  ///< consecutive updates for which the other backend would be better
 };
 
 /// The chooser for a world that starts with makeBackend(options).

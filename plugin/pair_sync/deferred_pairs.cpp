@@ -29,43 +29,45 @@ bool encloses(const Aabb& outer, const Aabb& inner) noexcept
 }
 }  // namespace
 
-void DeferredPairs::startLeaf(std::uint32_t uniqueId, std::uint32_t row, const Aabb* boxes, float margin)
+void DeferredPairs::storeGrownBox(std::uint32_t uniqueId, std::uint32_t row, const Aabb* boxes, float margin)
 {
     // A row with deferred pairs keeps its grown box, to which their filter results belong.
     if (m_set.hasPairsOf(uniqueId))
         return;
-    if (m_leaves.size() <= row)
-        m_leaves.resize(row + 1 + row / 2, kEmptyAabb);
-    m_leaves[row] = grown(boxes[row], margin);
+    if (m_grownBoxes.size() <= row)
+        m_grownBoxes.resize(row + 1 + row / 2, kEmptyAabb);
+    m_grownBoxes[row] = grown(boxes[row], margin);
 }
 
 void DeferredPairs::insert(Pair pair, std::uint32_t rowFirst, std::uint32_t rowSecond, Reason reason,
                            const Aabb* boxes, float margin)
 {
-    startLeaf(pair.first, rowFirst, boxes, margin);
-    startLeaf(pair.second, rowSecond, boxes, margin);
+    storeGrownBox(pair.first, rowFirst, boxes, margin);
+    storeGrownBox(pair.second, rowSecond, boxes, margin);
     m_set.insert(pair, reason);
 }
 
-bool DeferredPairs::isFreshlyRefused(Pair pair, std::uint32_t rowFirst, std::uint32_t rowSecond,
+bool DeferredPairs::isRefusalCurrent(Pair pair, std::uint32_t rowFirst, std::uint32_t rowSecond,
                                      const Aabb* boxes) const
 {
     const std::uint32_t index = m_set.find(pair);
     return index != PairMap::kNone && m_set.tag(index) == kRefused &&
-           encloses(m_leaves[rowFirst], boxes[rowFirst]) && encloses(m_leaves[rowSecond], boxes[rowSecond]);
+           encloses(m_grownBoxes[rowFirst], boxes[rowFirst]) &&
+           encloses(m_grownBoxes[rowSecond], boxes[rowSecond]);
 }
 
-void DeferredPairs::collectDueOf(std::uint32_t uniqueId, bool isAskedAgain, Pairs& due) const
+void DeferredPairs::collectToReevaluateOf(std::uint32_t uniqueId, bool includesRefused,
+                                          Pairs& toReevaluate) const
 {
     m_set.forEachOf(uniqueId,
                     [&](std::uint32_t index)
                     {
-                        if (isAskedAgain || m_set.tag(index) == kNotExact)
-                            due.push_back(m_set.pairs()[index]);
+                        if (includesRefused || m_set.tag(index) == kSeparated)
+                            toReevaluate.push_back(m_set.pairs()[index]);
                     });
 }
 
-void DeferredPairs::collectDue(const ProxyView& view, Pairs& due)
+void DeferredPairs::collectToReevaluate(const ProxyView& view, Pairs& toReevaluate)
 {
     if (m_set.size() == 0)
         return;
@@ -75,17 +77,17 @@ void DeferredPairs::collectDue(const ProxyView& view, Pairs& due)
         const std::uint32_t uniqueId = view.uniqueIds[row];
         if ((view.changes[row] & kRowDestroyed) != 0 || !m_set.hasPairsOf(uniqueId))
             continue;
-        const bool hasLeft = !encloses(m_leaves[row], view.boxes[row]);
+        const bool hasLeft = !encloses(m_grownBoxes[row], view.boxes[row]);
         if (hasLeft)
-            m_leaves[row] = grown(view.boxes[row], view.margin);
-        collectDueOf(uniqueId, hasLeft || (view.changes[row] & kRowRefiltered) != 0, due);
+            m_grownBoxes[row] = grown(view.boxes[row], view.margin);
+        collectToReevaluateOf(uniqueId, hasLeft || (view.changes[row] & kRowRefiltered) != 0, toReevaluate);
     }
 }
 
 void DeferredPairs::clear()
 {
     m_set.clear();
-    std::vector<Aabb>().swap(m_leaves);
+    std::vector<Aabb>().swap(m_grownBoxes);
 }
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

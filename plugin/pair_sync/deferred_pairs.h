@@ -28,7 +28,7 @@ public:
     enum Reason : std::uint8_t
     {
         kRefused,
-        kNotExact
+        kSeparated
     };
 
     /// Adds the pair, or changes its reason. `boxes` are the current boxes by row.
@@ -40,23 +40,23 @@ public:
     bool contains(Pair pair) const noexcept { return m_set.contains(pair); }
 
     /// Whether the filter refused the pair and neither box has left its grown box since.
-    bool isFreshlyRefused(Pair pair, std::uint32_t rowFirst, std::uint32_t rowSecond,
+    bool isRefusalCurrent(Pair pair, std::uint32_t rowFirst, std::uint32_t rowSecond,
                           const Aabb* boxes) const;
 
     /// Appends the pairs to re-evaluate after the changes of the view, each at least once.
-    void collectDue(const ProxyView& view, Pairs& due);
+    void collectToReevaluate(const ProxyView& view, Pairs& toReevaluate);
 
     const Pairs& pairs() const noexcept { return m_set.pairs(); }
     std::size_t size() const noexcept { return m_set.size(); }
-    std::uint64_t bytes() const noexcept { return m_set.bytes() + m_leaves.capacity() * sizeof(Aabb); }
+    std::uint64_t bytes() const noexcept { return m_set.bytes() + m_grownBoxes.capacity() * sizeof(Aabb); }
     void clear();
 
 private:
-    void startLeaf(std::uint32_t uniqueId, std::uint32_t row, const Aabb* boxes, float margin);
-    void collectDueOf(std::uint32_t uniqueId, bool isAskedAgain, Pairs& due) const;
+    void storeGrownBox(std::uint32_t uniqueId, std::uint32_t row, const Aabb* boxes, float margin);
+    void collectToReevaluateOf(std::uint32_t uniqueId, bool includesRefused, Pairs& toReevaluate) const;
 
     PairMap m_set;
-    std::vector<Aabb> m_leaves;  // by row, for rows with pairs: the grown box
+    std::vector<Aabb> m_grownBoxes;  // by row, for rows with pairs: the grown box
 };
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

@@ -24,7 +24,7 @@ void GhostPairs::rescan()
 {
     const std::lock_guard<std::mutex> lock(m_rescan);
     const bool isInstalled = m_pairSync.adapter().hasGhostCallback();
-    if (isInstalled == m_isWatching.load(std::memory_order_relaxed))
+    if (isInstalled == m_hasGhostCallback.load(std::memory_order_relaxed))
         return;
     m_ghostBoxes.clear();
     if (isInstalled)
@@ -36,12 +36,12 @@ void GhostPairs::rescan()
                     m_ghostBoxes.insert(row, m_store.table().box(row));
             });
     }
-    m_isWatching.store(isInstalled, std::memory_order_release);
+    m_hasGhostCallback.store(isInstalled, std::memory_order_release);
 }
 
 void GhostPairs::add(const Proxy& proxy)
 {
-    if (!m_isWatching.load(std::memory_order_relaxed) || !isGhost(proxy))
+    if (!m_hasGhostCallback.load(std::memory_order_relaxed) || !isGhost(proxy))
         return;
     const std::uint32_t row = ProxyStore::rowOf(&proxy);
     m_ghostBoxes.insert(row, m_store.table().box(row));
@@ -54,41 +54,41 @@ void GhostPairs::remove(const Proxy& proxy)
         m_ghostBoxes.erase(row);
 }
 
-void GhostPairs::addPairsNear(Proxy& proxy, const QueryIndex& index)
+void GhostPairs::addPairsOfBox(Proxy& proxy, const QueryIndex& index)
 {
     const std::uint32_t row = ProxyStore::rowOf(&proxy);
     const Aabb& box = m_store.table().box(row);
-    const bool isOneOfThem = m_ghostBoxes.contains(row);
-    if (isOneOfThem)
+    const bool isGhostProxy = m_ghostBoxes.contains(row);
+    if (isGhostProxy)
         m_ghostBoxes.set(row, box);
     if (!isValid(box))
         return;
     // Moved out of the member, because a callback of the application may set the box of another proxy during the loop.
-    std::vector<std::uint32_t> touched = std::move(m_touched);
-    touched.clear();
-    const auto note = [&](std::uint32_t other)
+    std::vector<std::uint32_t> overlappingIds = std::move(m_overlappingIds);
+    overlappingIds.clear();
+    const auto collect = [&](std::uint32_t other)
     {
-        const Aabb& its = m_store.table().box(other);
-        if (other != row && isValid(its) && overlaps(its, box))
-            touched.push_back(m_store.table().uniqueId(other));
+        const Aabb& otherBox = m_store.table().box(other);
+        if (other != row && isValid(otherBox) && overlaps(otherBox, box))
+            overlappingIds.push_back(m_store.table().uniqueId(other));
     };
-    if (isOneOfThem)
+    if (isGhostProxy)
     {
-        index.forEachOverlap(box, note);
+        index.forEachOverlap(box, collect);
     }
     else
     {
-        m_ghostBoxes.forEachOverlap(box, note);
+        m_ghostBoxes.forEachOverlap(box, collect);
     }
-    std::sort(touched.begin(), touched.end());
+    std::sort(overlappingIds.begin(), overlappingIds.end());
     const std::uint32_t uniqueId = uniqueIdOf(&proxy);
-    for (const std::uint32_t id : touched)
+    for (const std::uint32_t id : overlappingIds)
     {
         Proxy* other = m_store.find(id);
         if (other != nullptr && m_store.find(uniqueId) == &proxy)
-            m_pairSync.addAtOnce(proxy, *other);
+            m_pairSync.addImmediately(proxy, *other);
     }
-    m_touched = std::move(touched);
+    m_overlappingIds = std::move(overlappingIds);
 }
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

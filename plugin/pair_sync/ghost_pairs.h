@@ -29,9 +29,9 @@ public:
     /// Detects whether a ghost callback was installed or removed. O(1); O(bodies) after such a change.
     ///
     /// May run concurrently, from setAabb().
-    void look()
+    void pollCallback()
     {
-        if (m_pairSync.adapter().hasGhostCallback() != m_isWatching.load(std::memory_order_acquire))
+        if (m_pairSync.adapter().hasGhostCallback() != m_hasGhostCallback.load(std::memory_order_acquire))
             rescan();
     }
 
@@ -43,7 +43,7 @@ public:
     void addPairs(Proxy& proxy, const QueryIndex& index)
     {
         if (!m_ghostBoxes.isEmpty())
-            addPairsNear(proxy, index);
+            addPairsOfBox(proxy, index);
     }
 
     /// Shrinks the bounds of moving ghosts, which have only grown since the last call. Call once per update.
@@ -54,14 +54,14 @@ public:
 
 private:
     void rescan();
-    void addPairsNear(Proxy& proxy, const QueryIndex& index);
+    void addPairsOfBox(Proxy& proxy, const QueryIndex& index);
 
     ProxyStore& m_store;
     PairSync& m_pairSync;
     GhostBoxes m_ghostBoxes;
-    std::atomic<bool> m_isWatching{false};
+    std::atomic<bool> m_hasGhostCallback{false};
     std::mutex m_rescan;
-    std::vector<std::uint32_t> m_touched;
+    std::vector<std::uint32_t> m_overlappingIds;
 };
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

@@ -60,7 +60,7 @@ private:
 PairCacheAdapter::PairCacheAdapter(btOverlappingPairCache* external)
     : m_own(external == nullptr ? std::make_unique<PairCache>() : nullptr),
       m_cache(external == nullptr ? m_own.get() : external),
-      m_fast(dynamicCast<PairCache>(m_cache))
+      m_culletCache(dynamicCast<PairCache>(m_cache))
 {
     if (auto* hashed = dynamicCast<btHashedOverlappingPairCache>(m_cache))
         m_ghostSlot = GhostAccess<btHashedOverlappingPairCache>::slotOf(*hashed);
@@ -72,8 +72,8 @@ PairCacheAdapter::PairCacheAdapter(btOverlappingPairCache* external)
     // hasDeferredRemoval() works without RTTI; only the sorted cache and the null cache return true.
     m_isSorted = m_isSorted || (dynamicType(*m_cache) == nullptr && m_cache->hasDeferredRemoval());
     m_storesPairs = dynamicCast<btNullPairCache>(m_cache) == nullptr;
-    if (m_fast != nullptr)
-        m_ghosts = &m_fast->ghostPairCallbackSlot();
+    if (m_culletCache != nullptr)
+        m_ghosts = &m_culletCache->ghostPairCallbackSlot();
     else if (m_ghostSlot != nullptr)
         m_ghosts = m_ghostSlot;
 }
@@ -90,18 +90,19 @@ bool PairCacheAdapter::contains(btBroadphaseProxy& a, btBroadphaseProxy& b) cons
 
 bool PairCacheAdapter::add(btBroadphaseProxy& a, btBroadphaseProxy& b)
 {
-    return (m_fast != nullptr ? m_fast->addPair(&a, &b) : m_cache->addOverlappingPair(&a, &b)) != nullptr;
+    return (m_culletCache != nullptr ? m_culletCache->addPair(&a, &b)
+                                     : m_cache->addOverlappingPair(&a, &b)) != nullptr;
 }
 
-bool PairCacheAdapter::addAtOneGo(const std::vector<ProxyPair>& pairs)
+bool PairCacheAdapter::addBatch(const std::vector<ProxyPair>& pairs)
 {
-    return m_fast->addPairsUnfiltered(pairs.data(), pairs.size()) == pairs.size();
+    return m_culletCache->addPairsUnfiltered(pairs.data(), pairs.size()) == pairs.size();
 }
 
 void PairCacheAdapter::reserveMore(std::size_t pairCount)
 {
-    if (m_fast != nullptr)
-        m_fast->reserve(static_cast<std::size_t>(count()) + pairCount);
+    if (m_culletCache != nullptr)
+        m_culletCache->reserve(static_cast<std::size_t>(count()) + pairCount);
 }
 
 template <class IsRemoved>
@@ -116,9 +117,9 @@ void PairCacheAdapter::remove(const Pairs& pairs, const ProxyStore& store, btDis
 {
     if (pairs.empty())
         return;
-    if (m_fast != nullptr)
+    if (m_culletCache != nullptr)
     {
-        m_fast->removePairs(pairs.data(), pairs.size(), dispatcher);
+        m_culletCache->removePairs(pairs.data(), pairs.size(), dispatcher);
         return;
     }
     if (m_isSorted)
@@ -139,8 +140,8 @@ void PairCacheAdapter::remove(const Pairs& pairs, const ProxyStore& store, btDis
 
 void PairCacheAdapter::removePairsOf(btBroadphaseProxy& proxy, btDispatcher* dispatcher)
 {
-    if (m_fast != nullptr)
-        return m_fast->removePairsOf(&proxy, dispatcher);
+    if (m_culletCache != nullptr)
+        return m_culletCache->removePairsOf(&proxy, dispatcher);
     if (!m_isSorted)
     {
         m_cache->removeOverlappingPairsContainingProxy(&proxy, dispatcher);

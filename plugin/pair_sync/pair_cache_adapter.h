@@ -34,9 +34,15 @@ public:
     bool storesPairs() const noexcept { return m_storesPairs; }
     int count() const { return m_cache->getNumOverlappingPairs(); }
     /// Changes of pairs by other callers, if the cache counts them; 0 for caches that are not cullet's.
-    std::uint64_t foreignChanges() const { return m_fast != nullptr ? m_fast->changesByCallers() : 0; }
+    std::uint64_t externalChanges() const
+    {
+        return m_culletCache != nullptr ? m_culletCache->changesByCallers() : 0;
+    }
     /// Pairs that add() did not add because of lack of memory, if the cache counts them.
-    std::uint64_t pairsWithoutMemory() const { return m_fast != nullptr ? m_fast->pairsWithoutMemory() : 0; }
+    std::uint64_t pairsWithoutMemory() const
+    {
+        return m_culletCache != nullptr ? m_culletCache->pairsWithoutMemory() : 0;
+    }
     btOverlapFilterCallback* filterCallback() const { return m_cache->getOverlapFilterCallback(); }
 
     /// Whether a ghost pair callback is installed, or the value of setGhosts(). The callback of caches that are neither
@@ -45,8 +51,8 @@ public:
     void setGhosts(bool areInstalled) noexcept
     {
         // Any non-null address: this pointer is never dereferenced.
-        m_told = areInstalled ? reinterpret_cast<btOverlappingPairCallback*>(this) : nullptr;
-        m_ghosts = &m_told;
+        m_ghostOverride = areInstalled ? reinterpret_cast<btOverlappingPairCallback*>(this) : nullptr;
+        m_ghosts = &m_ghostOverride;
     }
 
     bool contains(btBroadphaseProxy& a, btBroadphaseProxy& b) const;
@@ -54,15 +60,16 @@ public:
     /// Adds a pair that is not in the cache, if the filter agrees; returns whether the pair is in the cache now.
     bool add(btBroadphaseProxy& a, btBroadphaseProxy& b);
 
-    /// Whether pairs can be added without any callback, in a batch: addAtOneGo().
-    bool canAddAtOneGo() const
+    /// Whether pairs can be added without any callback, in a batch: addBatch().
+    bool canAddBatch() const
     {
-        return m_fast != nullptr && m_fast->ghostPairCallback() == nullptr && filterCallback() == nullptr;
+        return m_culletCache != nullptr && m_culletCache->ghostPairCallback() == nullptr &&
+               filterCallback() == nullptr;
     }
 
     /// Adds pairs that are not in the cache and that the filter words let pass; false if memory ran out.
-    /// @pre canAddAtOneGo()
-    bool addAtOneGo(const std::vector<ProxyPair>& pairs);
+    /// @pre canAddBatch()
+    bool addBatch(const std::vector<ProxyPair>& pairs);
 
     /// Reserves memory for more pairs, if the cache can.
     void reserveMore(std::size_t pairCount);
@@ -79,14 +86,14 @@ private:
 
     std::unique_ptr<PairCache> m_own;
     btOverlappingPairCache* m_cache;
-    PairCache* m_fast;  // the cache, if it is cullet's; else null
+    PairCache* m_culletCache;  // the cache, if it is cullet's; else null
     // Address of the callback in the cache, if the cache is Bullet's; else null.
     btOverlappingPairCallback* const* m_ghostSlot = nullptr;
     bool m_storesPairs = true;
     bool m_isSorted = false;
-    btOverlappingPairCallback* m_told = nullptr;  // set by setGhosts(); not null: there are ghosts
-    // Address of the callback that decides whether there are ghosts: the cache's, or m_told.
-    btOverlappingPairCallback* const* m_ghosts = &m_told;
+    btOverlappingPairCallback* m_ghostOverride = nullptr;  // set by setGhosts(); not null: there are ghosts
+    // Address of the callback that decides whether there are ghosts: the cache's, or m_ghostOverride.
+    btOverlappingPairCallback* const* m_ghosts = &m_ghostOverride;
 };
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

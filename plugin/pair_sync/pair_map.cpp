@@ -22,8 +22,8 @@ void PairMap::makeRoom()
             [](std::uint32_t) { return true; });
     if (m_pairs.size() == m_links.capacity())
         m_links.reserve(more);
-    growRoom(m_pairs);
-    growRoom(m_tags);
+    growCapacity(m_pairs);
+    growCapacity(m_tags);
 }
 
 void PairMap::insert(Pair pair, std::uint8_t tag)

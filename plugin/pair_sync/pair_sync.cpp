@@ -68,7 +68,7 @@ PairSync::PairSync(ProxyStore& store, btOverlappingPairCache* cache, std::unique
 void PairSync::setBackend(std::unique_ptr<Backend> backend)
 {
     m_backend = std::move(backend);
-    m_isRestartDue = true;
+    m_needsRestart = true;
     m_wasInterrupted = true;
 }
 
@@ -80,7 +80,7 @@ void PairSync::update(float margin, btDispatcher* dispatcher)
     ++m_updatesTotal;
     if (!m_adapter.storesPairs())
         return skipChanges();
-    noticeForeignChanges();
+    detectExternalChanges();
     if (m_filter == nullptr)
         m_store.refreshSomeFilters();
     const ProxyView view = m_store.table().beginUpdate(margin, m_filter == nullptr);
@@ -88,63 +88,63 @@ void PairSync::update(float margin, btDispatcher* dispatcher)
         return;
     // Cleared at the end, unless a callback interferes: after an exception the next update restarts the backend too and
     // re-evaluates all deferred pairs, since this update has consumed the changes of their boxes.
-    m_isRestartDue = true;
-    const bool areAllDue = std::exchange(m_isAllDue, true);
+    m_needsRestart = true;
+    const bool mustReevaluateAll = std::exchange(m_mustReevaluateAll, true);
     m_wasInterrupted = false;
     if (m_isCacheChanged)
-        holdBackTakenOut(view);
+        deferExternallyRemoved(view);
     m_isCacheChanged = false;
-    collectDue(view, areAllDue);
-    collectApart(view, areAllDue);
+    collectToReevaluate(view, mustReevaluateAll);
+    collectSeparated(view, mustReevaluateAll);
     m_store.endUpdate();
     applyRemoved(margin, dispatcher);
     applyAdded(margin);
     m_expectedCount = m_adapter.count();
-    m_isAllDue = m_wasInterrupted;
-    m_isRestartDue = m_wasInterrupted;
-    trimRoom(m_delta.added);
-    trimRoom(m_delta.removed);
-    trimRoom(m_due);
-    trimRoom(m_apart);
-    trimRoom(m_scratch);
-    trimRoom(m_batch);
+    m_mustReevaluateAll = m_wasInterrupted;
+    m_needsRestart = m_wasInterrupted;
+    trimCapacity(m_delta.added);
+    trimCapacity(m_delta.removed);
+    trimCapacity(m_toReevaluate);
+    trimCapacity(m_separatedPairs);
+    trimCapacity(m_scratch);
+    trimCapacity(m_batch);
 }
 
-void PairSync::noticeForeignChanges()
+void PairSync::detectExternalChanges()
 {
     const btOverlapFilterCallback* filter = m_adapter.filterCallback();
     if (filter != m_filter)
     {
         // Without a callback the backend drops pairs by group and mask, which a callback may let pass.
         if (m_filter == nullptr)
-            m_isRestartDue = true;
-        m_isAllDue = true;
+            m_needsRestart = true;
+        m_mustReevaluateAll = true;
         m_filter = filter;
     }
     // In a restart for another reason, pairs that the application removed cannot be distinguished from new ones.
-    const std::uint64_t foreignChanges = m_adapter.foreignChanges();
-    const bool isChanged = m_adapter.count() != m_expectedCount || foreignChanges != m_foreignChanges;
-    m_foreignChanges = foreignChanges;
-    if (m_isRestartDue || !isChanged)
+    const std::uint64_t externalChanges = m_adapter.externalChanges();
+    const bool isChanged = m_adapter.count() != m_expectedCount || externalChanges != m_externalChanges;
+    m_externalChanges = externalChanges;
+    if (m_needsRestart || !isChanged)
         return;
     m_isCacheChanged = true;
-    m_isRestartDue = true;
+    m_needsRestart = true;
 }
 
 bool PairSync::runBackend(const ProxyView& view)
 {
-    if (m_isRestartDue)
+    if (m_needsRestart)
         restartBackend();
     const Status status = m_backend->update(view, m_delta);
     if (status == Status::Ok)
         return true;
-    m_isRestartDue = true;
+    m_needsRestart = true;
     replaceBackend(status);
     restartBackend();
     if (m_backend->update(view, m_delta) == Status::Ok)
         return true;
     log(LogLevel::Error, "the fallback backend failed too; pairs stay as they are until the next update");
-    m_isRestartDue = true;
+    m_needsRestart = true;
     return false;
 }
 
@@ -169,21 +169,21 @@ void PairSync::restartBackend()
         if (!m_store.owns(pair.m_pProxy0) || !m_store.owns(pair.m_pProxy1))
             continue;
         // The application may have added a deferred pair.
-        m_pending.erase(pairOf(pair));
+        m_deferredPairs.erase(pairOf(pair));
         m_scratch.push_back(pairOf(pair));
     }
-    m_scratch.insert(m_scratch.end(), m_pending.pairs().begin(), m_pending.pairs().end());
+    m_scratch.insert(m_scratch.end(), m_deferredPairs.pairs().begin(), m_deferredPairs.pairs().end());
     sortUnique(m_scratch);
     m_backend->restart(m_scratch);
-    m_provisional.clear();
-    m_isRestartDue = false;
+    m_speculativePairs.clear();
+    m_needsRestart = false;
     ++m_restartsTotal;
 }
 
 /// Whether a pair that the backend reports as new after a restart existed before and only the cache lacks it.
 ///
 /// If one of the boxes has changed, that is unknown, and so is the old box; the pair is then added, to miss none.
-bool PairSync::isTakenOut(Pair pair, const ProxyView& view) const
+bool PairSync::isExternallyRemoved(Pair pair, const ProxyView& view) const
 {
     const Proxy* first = m_store.find(pair.first);
     const Proxy* second = m_store.find(pair.second);
@@ -191,57 +191,58 @@ bool PairSync::isTakenOut(Pair pair, const ProxyView& view) const
            view.changes[ProxyStore::rowOf(second)] == kRowUnchanged;
 }
 
-void PairSync::holdBackTakenOut(const ProxyView& view)
+void PairSync::deferExternallyRemoved(const ProxyView& view)
 {
-    const auto isHeldBack = [&](Pair pair) { return isTakenOut(pair, view); };
+    const auto isToDefer = [&](Pair pair) { return isExternallyRemoved(pair, view); };
     for (const Pair pair : m_delta.added)
     {
-        if (!isHeldBack(pair))
+        if (!isToDefer(pair))
             continue;
-        m_pending.insert(pair, ProxyStore::rowOf(m_store.find(pair.first)),
-                         ProxyStore::rowOf(m_store.find(pair.second)), DeferredPairs::kRefused, view.boxes,
-                         view.margin);
+        m_deferredPairs.insert(pair, ProxyStore::rowOf(m_store.find(pair.first)),
+                               ProxyStore::rowOf(m_store.find(pair.second)), DeferredPairs::kRefused,
+                               view.boxes, view.margin);
     }
-    m_delta.added.erase(std::remove_if(m_delta.added.begin(), m_delta.added.end(), isHeldBack),
+    m_delta.added.erase(std::remove_if(m_delta.added.begin(), m_delta.added.end(), isToDefer),
                         m_delta.added.end());
 }
 
-void PairSync::collectDue(const ProxyView& view, bool areAllDue)
+void PairSync::collectToReevaluate(const ProxyView& view, bool mustReevaluateAll)
 {
-    m_due.clear();
-    m_pending.collectDue(view, m_due);
-    if (areAllDue)
-        m_due = m_pending.pairs();
-    sortUnique(m_due);
+    m_toReevaluate.clear();
+    m_deferredPairs.collectToReevaluate(view, m_toReevaluate);
+    if (mustReevaluateAll)
+        m_toReevaluate = m_deferredPairs.pairs();
+    sortUnique(m_toReevaluate);
     // The backend has dropped separated pairs: they are no longer deferred, and new when they overlap again.
     const auto hasSeparated = [&](Pair pair)
     { return std::binary_search(m_delta.removed.begin(), m_delta.removed.end(), pair); };
-    m_due.erase(std::remove_if(m_due.begin(), m_due.end(), hasSeparated), m_due.end());
+    m_toReevaluate.erase(std::remove_if(m_toReevaluate.begin(), m_toReevaluate.end(), hasSeparated),
+                         m_toReevaluate.end());
 }
 
 /// Whether both boxes are valid: the coordinates of an empty box may overlap an infinite box.
-bool PairSync::haveBoxes(const Proxy& first, const Proxy& second) const
+bool PairSync::haveValidBoxes(const Proxy& first, const Proxy& second) const
 {
     const ProxyTable& table = m_store.table();
     return isValid(table.box(ProxyStore::rowOf(&first))) && isValid(table.box(ProxyStore::rowOf(&second)));
 }
 
-bool PairSync::areApart(Pair pair, float margin) const
+bool PairSync::areSeparated(Pair pair, float margin) const
 {
     const Proxy* first = m_store.find(pair.first);
     const Proxy* second = m_store.find(pair.second);
     if (first == nullptr || second == nullptr)
         return true;
-    return !haveBoxes(*first, *second) || areApartBy(*first, *second, margin);
+    return !haveValidBoxes(*first, *second) || areSeparatedBy(*first, *second, margin);
 }
 
 /// Far from the origin, boxes in double may separate by much more than the margin before the rounded boxes do.
 ///
 /// O(pairs) if such a box has changed, or may have changed in an update that an exception ended; else O(changes).
-void PairSync::collectApart(const ProxyView& view, bool areAllDue)
+void PairSync::collectSeparated(const ProxyView& view, bool mustReevaluateAll)
 {
-    m_apart.clear();
-    if (sizeof(btScalar) == sizeof(float) || !(areAllDue || isAnyCoarse(view)))
+    m_separatedPairs.clear();
+    if (sizeof(btScalar) == sizeof(float) || !(mustReevaluateAll || isAnyCoarse(view)))
         return;
     const auto hasCoarseBox = [&](const btBroadphaseProxy* proxy)
     { return isCoarse(toTableBox(proxy->m_aabbMin, proxy->m_aabbMax), view.margin); };
@@ -249,44 +250,44 @@ void PairSync::collectApart(const ProxyView& view, bool areAllDue)
     for (int i = 0; i < cached.size(); ++i)
     {
         const btBroadphasePair& pair = cached[i];
-        if (areApartBy(*pair.m_pProxy0, *pair.m_pProxy1, view.margin) && m_store.owns(pair.m_pProxy0) &&
+        if (areSeparatedBy(*pair.m_pProxy0, *pair.m_pProxy1, view.margin) && m_store.owns(pair.m_pProxy0) &&
             m_store.owns(pair.m_pProxy1) && (hasCoarseBox(pair.m_pProxy0) || hasCoarseBox(pair.m_pProxy1)))
-            m_apart.push_back(pairOf(pair));
+            m_separatedPairs.push_back(pairOf(pair));
     }
-    sortUnique(m_apart);
+    sortUnique(m_separatedPairs);
 }
 
 /// Defers the pairs that have just been removed from the cache but not from the backend.
-void PairSync::holdApart(float margin)
+void PairSync::deferSeparated(float margin)
 {
-    for (const Pair pair : m_apart)
+    for (const Pair pair : m_separatedPairs)
     {
         const Proxy* first = m_store.find(pair.first);
         const Proxy* second = m_store.find(pair.second);
-        const bool isHeld = !std::binary_search(m_delta.removed.begin(), m_delta.removed.end(), pair);
-        if (first != nullptr && second != nullptr && isHeld && !m_provisional.contains(pair))
-            hold(pair, *first, *second, false, margin);
+        const bool isInBackend = !std::binary_search(m_delta.removed.begin(), m_delta.removed.end(), pair);
+        if (first != nullptr && second != nullptr && isInBackend && !m_speculativePairs.contains(pair))
+            defer(pair, *first, *second, false, margin);
     }
 }
 
 void PairSync::applyRemoved(float margin, btDispatcher* dispatcher)
 {
-    holdApart(margin);
-    m_scratch = m_apart;
+    deferSeparated(margin);
+    m_scratch = m_separatedPairs;
     for (const Pair pair : m_delta.removed)
     {
-        if (!m_pending.erase(pair))
+        if (!m_deferredPairs.erase(pair))
             m_scratch.push_back(pair);
     }
-    for (const Pair pair : m_provisional.pairs())
+    for (const Pair pair : m_speculativePairs.pairs())
     {
-        if (areApart(pair, margin))
+        if (areSeparated(pair, margin))
             m_scratch.push_back(pair);
     }
-    if (m_provisional.size() != 0)
+    if (m_speculativePairs.size() != 0)
     {
         for (const Pair pair : m_scratch)
-            m_provisional.erase(pair);
+            m_speculativePairs.erase(pair);
     }
     // Each part is sorted; usually their concatenation is too.
     if (!std::is_sorted(m_scratch.begin(), m_scratch.end()))
@@ -297,86 +298,87 @@ void PairSync::applyRemoved(float margin, btDispatcher* dispatcher)
 void PairSync::applyAdded(float margin)
 {
     // Both lists are sorted, and no pair is in both: the backend already holds the deferred pairs.
-    m_scratch.resize(m_due.size() + m_delta.added.size());
-    std::merge(m_due.begin(), m_due.end(), m_delta.added.begin(), m_delta.added.end(), m_scratch.begin());
+    m_scratch.resize(m_toReevaluate.size() + m_delta.added.size());
+    std::merge(m_toReevaluate.begin(), m_toReevaluate.end(), m_delta.added.begin(), m_delta.added.end(),
+               m_scratch.begin());
     m_adapter.reserveMore(m_scratch.size());
-    if (m_adapter.canAddAtOneGo())
+    if (m_adapter.canAddBatch())
     {
-        addAtOneGo(margin);
+        addBatch(margin);
         return;
     }
     for (const Pair pair : m_scratch)
         tryAdd(pair, margin);
 }
 
-void PairSync::addAtOneGo(float margin)
+void PairSync::addBatch(float margin)
 {
-    constexpr std::size_t kAhead = 12;  // in pairs
+    constexpr std::size_t kPrefetchDistance = 12;  // in pairs
     m_batch.clear();
     for (std::size_t i = 0; i < m_scratch.size(); ++i)
     {
-        if (i + kAhead < m_scratch.size())
-            __builtin_prefetch(m_store.find(m_scratch[i + kAhead].second));
+        if (i + kPrefetchDistance < m_scratch.size())
+            __builtin_prefetch(m_store.find(m_scratch[i + kPrefetchDistance].second));
         const Pair pair = m_scratch[i];
         Proxy* first = m_store.find(pair.first);
         Proxy* second = m_store.find(pair.second);
-        if (first == nullptr || second == nullptr || m_provisional.erase(pair))
+        if (first == nullptr || second == nullptr || m_speculativePairs.erase(pair))
             continue;
-        const bool isExact = overlapsExactly(*first, *second);
-        if (isExact && passesFilter(first->filter(), second->filter()))
+        const bool exactBoxesOverlap = overlapsExactly(*first, *second);
+        if (exactBoxesOverlap && passesFilter(first->filter(), second->filter()))
         {
-            m_pending.erase(pair);
+            m_deferredPairs.erase(pair);
             m_batch.push_back({first, second});
         }
         else
         {
-            hold(pair, *first, *second, isExact, margin);
+            defer(pair, *first, *second, exactBoxesOverlap, margin);
         }
     }
     // If memory runs out, the next update restarts the backend and adds the remaining pairs.
-    if (!m_adapter.addAtOneGo(m_batch))
+    if (!m_adapter.addBatch(m_batch))
         m_wasInterrupted = true;
 }
 
 /// Whether the exact boxes overlap, after callbacks may have changed them.
 bool PairSync::overlapNow(const Proxy& first, const Proxy& second) const
 {
-    return haveBoxes(first, second) && overlapsExactly(first, second);
+    return haveValidBoxes(first, second) && overlapsExactly(first, second);
 }
 
 void PairSync::tryAdd(Pair pair, float margin)
 {
     Proxy* first = m_store.find(pair.first);
     Proxy* second = m_store.find(pair.second);
-    if (first == nullptr || second == nullptr || m_provisional.erase(pair))
+    if (first == nullptr || second == nullptr || m_speculativePairs.erase(pair))
         return;
-    const bool isExact = overlapNow(*first, *second);
+    const bool exactBoxesOverlap = overlapNow(*first, *second);
     const std::uint64_t withoutMemory = m_adapter.pairsWithoutMemory();
-    if (isExact && m_adapter.add(*first, *second))
+    if (exactBoxesOverlap && m_adapter.add(*first, *second))
     {
-        m_pending.erase(pair);
+        m_deferredPairs.erase(pair);
         return;
     }
     if (m_adapter.pairsWithoutMemory() != withoutMemory)
     {
         // The filter has not refused the pair: the next update restarts the backend and adds it.
-        m_pending.erase(pair);
+        m_deferredPairs.erase(pair);
         m_wasInterrupted = true;
         return;
     }
     // The filter is code of the application, and may have destroyed one of the proxies.
     if (m_store.find(pair.first) == first && m_store.find(pair.second) == second)
-        hold(pair, *first, *second, isExact, margin);
+        defer(pair, *first, *second, exactBoxesOverlap, margin);
 }
 
-void PairSync::hold(Pair pair, const Proxy& first, const Proxy& second, bool isExact, float margin)
+void PairSync::defer(Pair pair, const Proxy& first, const Proxy& second, bool exactBoxesOverlap, float margin)
 {
-    m_pending.insert(pair, ProxyStore::rowOf(&first), ProxyStore::rowOf(&second),
-                     isExact ? DeferredPairs::kRefused : DeferredPairs::kNotExact, m_store.table().boxes(),
-                     margin);
+    m_deferredPairs.insert(pair, ProxyStore::rowOf(&first), ProxyStore::rowOf(&second),
+                           exactBoxesOverlap ? DeferredPairs::kRefused : DeferredPairs::kSeparated,
+                           m_store.table().boxes(), margin);
 }
 
-void PairSync::addAtOnce(Proxy& a, Proxy& b)
+void PairSync::addImmediately(Proxy& a, Proxy& b)
 {
     if (!overlapNow(a, b) || m_adapter.contains(a, b))
         return;
@@ -387,17 +389,17 @@ void PairSync::addAtOnce(Proxy& a, Proxy& b)
     const std::uint32_t rowSecond = ProxyStore::rowOf(&second);
     const ProxyTable& table = m_store.table();
     const bool isRefiltered = ((table.changes(rowFirst) | table.changes(rowSecond)) & kRowRefiltered) != 0;
-    if (!isRefiltered && m_pending.isFreshlyRefused(pair, rowFirst, rowSecond, table.boxes()))
+    if (!isRefiltered && m_deferredPairs.isRefusalCurrent(pair, rowFirst, rowSecond, table.boxes()))
         return;
     if (!m_adapter.add(first, second))
         return;
     ++m_expectedCount;
-    if (m_pending.erase(pair))
+    if (m_deferredPairs.erase(pair))
         return;
     // If insert() runs out of memory, the next update restarts the backend from the cache, which has the pair.
-    const bool wasRestartDue = std::exchange(m_isRestartDue, true);
-    m_provisional.insert(pair);
-    m_isRestartDue = wasRestartDue;
+    const bool neededRestart = std::exchange(m_needsRestart, true);
+    m_speculativePairs.insert(pair);
+    m_needsRestart = neededRestart;
 }
 
 void PairSync::removePairsOf(Proxy& proxy, btDispatcher* dispatcher)
@@ -405,31 +407,31 @@ void PairSync::removePairsOf(Proxy& proxy, btDispatcher* dispatcher)
     const int before = m_adapter.count();
     m_adapter.removePairsOf(proxy, dispatcher);
     m_expectedCount += m_adapter.count() - before;
-    m_pending.eraseAllOf(uniqueIdOf(&proxy));
-    m_provisional.eraseAllOf(uniqueIdOf(&proxy));
+    m_deferredPairs.eraseAllOf(uniqueIdOf(&proxy));
+    m_speculativePairs.eraseAllOf(uniqueIdOf(&proxy));
 }
 
 void PairSync::skipChanges()
 {
     m_store.table().beginUpdate(0.0f, false);
     m_store.endUpdate();
-    m_isRestartDue = true;
+    m_needsRestart = true;
     m_isCacheChanged = false;
-    m_isAllDue = true;
+    m_mustReevaluateAll = true;
     m_wasInterrupted = true;
 }
 
 void PairSync::addTo(BroadphaseStats& stats) const
 {
     stats.pairs = static_cast<std::uint64_t>(m_adapter.count());
-    stats.pendingPairs = m_pending.size();
-    stats.provisionalPairs = m_provisional.size();
+    stats.pendingPairs = m_deferredPairs.size();
+    stats.provisionalPairs = m_speculativePairs.size();
     stats.updatesTotal = m_updatesTotal;
     stats.restartsTotal = m_restartsTotal;
     stats.fallbacksTotal = m_fallbacksTotal;
-    stats.bytes += m_pending.bytes() + m_provisional.bytes() +
-                   (m_delta.added.capacity() + m_delta.removed.capacity() + m_due.capacity() +
-                    m_apart.capacity() + m_scratch.capacity()) *
+    stats.bytes += m_deferredPairs.bytes() + m_speculativePairs.bytes() +
+                   (m_delta.added.capacity() + m_delta.removed.capacity() + m_toReevaluate.capacity() +
+                    m_separatedPairs.capacity() + m_scratch.capacity()) *
                        sizeof(Pair);
     stats.backendName = m_backend->name();
     stats.backend = m_backend->stats();

@@ -42,7 +42,7 @@ public:
     void update(float margin, btDispatcher* dispatcher);
 
     /// Adds the pair of a ghost immediately, if the exact boxes overlap and the filter agrees.
-    void addAtOnce(Proxy& a, Proxy& b);
+    void addImmediately(Proxy& a, Proxy& b);
 
     /// Removes all pairs of a proxy that has not been destroyed yet.
     void removePairsOf(Proxy& proxy, btDispatcher* dispatcher);
@@ -53,42 +53,43 @@ public:
     void addTo(BroadphaseStats& stats) const;
 
 private:
-    void noticeForeignChanges();
+    void detectExternalChanges();
     bool runBackend(const ProxyView& view);
     void replaceBackend(Status status);
     void restartBackend();
-    void holdBackTakenOut(const ProxyView& view);
-    void collectDue(const ProxyView& view, bool areAllDue);
-    void collectApart(const ProxyView& view, bool areAllDue);
-    void holdApart(float margin);
+    void deferExternallyRemoved(const ProxyView& view);
+    void collectToReevaluate(const ProxyView& view, bool mustReevaluateAll);
+    void collectSeparated(const ProxyView& view, bool mustReevaluateAll);
+    void deferSeparated(float margin);
     void applyRemoved(float margin, btDispatcher* dispatcher);
     void applyAdded(float margin);
-    void addAtOneGo(float margin);
+    void addBatch(float margin);
     void tryAdd(Pair pair, float margin);
-    void hold(Pair pair, const Proxy& first, const Proxy& second, bool isExact, float margin);
-    bool isTakenOut(Pair pair, const ProxyView& view) const;
-    bool haveBoxes(const Proxy& first, const Proxy& second) const;
+    void defer(Pair pair, const Proxy& first, const Proxy& second, bool exactBoxesOverlap, float margin);
+    bool isExternallyRemoved(Pair pair, const ProxyView& view) const;
+    bool haveValidBoxes(const Proxy& first, const Proxy& second) const;
     bool overlapNow(const Proxy& first, const Proxy& second) const;
-    bool areApart(Pair pair, float margin) const;
+    bool areSeparated(Pair pair, float margin) const;
 
     const BroadphaseOptions m_options;
     ProxyStore& m_store;
     PairCacheAdapter m_adapter;
     std::unique_ptr<Backend> m_backend;
-    DeferredPairs m_pending;
-    PairMap m_provisional;
+    DeferredPairs m_deferredPairs;
+    PairMap m_speculativePairs;
 
     PairDelta m_delta;
-    Pairs m_due;    // deferred pairs to re-evaluate
-    Pairs m_apart;  // pairs of the cache that the backend holds although their exact boxes are separated
+    Pairs m_toReevaluate;  // deferred pairs to re-evaluate
+    Pairs
+        m_separatedPairs;  // pairs of the cache that the backend holds although their exact boxes are separated
     Pairs m_scratch;
     std::vector<ProxyPair> m_batch;
 
     const btOverlapFilterCallback* m_filter = nullptr;  // filter callback at the last update
     int m_expectedCount = 0;                            // pairs in the cache if only PairSync has changed it
-    std::uint64_t m_foreignChanges = 0;                 // the adapter's count at the last update
-    bool m_isRestartDue = false;
-    bool m_isAllDue = false;
+    std::uint64_t m_externalChanges = 0;                // the adapter's count at the last update
+    bool m_needsRestart = false;
+    bool m_mustReevaluateAll = false;
     bool m_isCacheChanged = false;  // the only reason for the restart
     bool m_isUpdating = false;
     bool m_wasInterrupted = false;  // a callback of this update called skipChanges() or setBackend()

@@ -67,7 +67,7 @@ void DebugDrawing::draw(const btOverlappingPairCache& cache, const Backend& back
 }
 
 /// Clips a box to the bounds; false if nothing is left, or if the box contains a NaN.
-bool DebugDrawing::cut(btVector3& min, btVector3& max) const
+bool DebugDrawing::clipToBounds(btVector3& min, btVector3& max) const
 {
     if (!isValidBox(min, max))
         return false;
@@ -92,7 +92,7 @@ void DebugDrawing::drawBoxes(const btBroadphasePair* pairs, int pairCount) const
         [&](const Proxy* proxy, std::uint32_t row)
         {
             btVector3 min = proxy->m_aabbMin, max = proxy->m_aabbMax;
-            if (cut(min, max))
+            if (clipToBounds(min, max))
                 m_drawer.drawAabb(min, max, hasPair[row] ? m_options.pairedBoxColor : m_options.boxColor);
         });
 }
@@ -107,7 +107,7 @@ void DebugDrawing::drawCells(const Backend& backend) const
         {
             btVector3 min(cell.min[0], cell.min[1], cell.min[2]);
             btVector3 max(cell.max[0], cell.max[1], cell.max[2]);
-            if (cut(min, max))
+            if (clipToBounds(min, max))
                 m_drawer.drawAabb(min, max, m_options.cellColor);
         });
 }
@@ -115,7 +115,7 @@ void DebugDrawing::drawCells(const Backend& backend) const
 void DebugDrawing::drawPair(const btBroadphaseProxy& a, const btBroadphaseProxy& b) const
 {
     btVector3 minA = a.m_aabbMin, maxA = a.m_aabbMax, minB = b.m_aabbMin, maxB = b.m_aabbMax;
-    if (!cut(minA, maxA) || !cut(minB, maxB))
+    if (!clipToBounds(minA, maxA) || !clipToBounds(minB, maxB))
         return;
     btVector3 from = (minA + maxA) / 2, to = (minB + maxB) / 2;
     if (longestSide(minA, maxA) > kMuchLarger * longestSide(minB, maxB))

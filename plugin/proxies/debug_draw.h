@@ -31,7 +31,7 @@ public:
     void draw(const btOverlappingPairCache& cache, const Backend& backend) const;
 
 private:
-    bool cut(btVector3& min, btVector3& max) const;
+    bool clipToBounds(btVector3& min, btVector3& max) const;
     void drawBoxes(const btBroadphasePair* pairs, int pairCount) const;
     void drawCells(const Backend& backend) const;
     void drawPair(const btBroadphaseProxy& a, const btBroadphaseProxy& b) const;

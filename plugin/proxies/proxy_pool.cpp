@@ -8,10 +8,10 @@ inline namespace CULLET_PRECISION
 {
 Proxy* ProxyPool::make(std::uint32_t row)
 {
-    while (row / kPerChunk >= m_chunks.size())
+    while (row / kProxiesPerChunk >= m_chunks.size())
     {
         auto chunk = std::make_unique<Chunk>();
-        chunk->firstRow = static_cast<std::uint32_t>(m_chunks.size()) * kPerChunk;
+        chunk->firstRow = static_cast<std::uint32_t>(m_chunks.size()) * kProxiesPerChunk;
         m_chunks.push_back(std::move(chunk));
     }
     return at(row);

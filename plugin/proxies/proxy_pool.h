@@ -40,7 +40,7 @@ class ProxyPool
 {
 public:
     static constexpr std::size_t kChunkBytes = 65536;
-    static constexpr std::uint32_t kPerChunk = kChunkBytes / sizeof(Proxy) - 1;
+    static constexpr std::uint32_t kProxiesPerChunk = kChunkBytes / sizeof(Proxy) - 1;
 
     /// The proxy of a row; allocates the memory of a new row, and leaves the content of a reused one as it is.
     Proxy* make(std::uint32_t row);
@@ -48,7 +48,7 @@ public:
     /// @pre make() was called for the row since clear()
     Proxy* at(std::uint32_t row) const noexcept
     {
-        return m_chunks[row / kPerChunk]->proxies + row % kPerChunk;
+        return m_chunks[row / kProxiesPerChunk]->proxies + row % kProxiesPerChunk;
     }
 
     /// The row of a proxy of this pool.
@@ -71,7 +71,7 @@ private:
     {
         // The header takes the space of one proxy, so that each proxy begins on a cache line.
         alignas(Proxy) std::uint32_t firstRow;
-        Proxy proxies[kPerChunk];
+        Proxy proxies[kProxiesPerChunk];
     };
     static_assert(sizeof(Chunk) == kChunkBytes, "the row follows from the address by a mask");
 

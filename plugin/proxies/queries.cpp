@@ -16,15 +16,15 @@ inline namespace CULLET_PRECISION
 namespace
 {
 /// Has no destructor, so that it can be read until the end of the thread.
-thread_local bool isSpareGone = false;
+thread_local bool areReusableIdsGone = false;
 
 /// A buffer that a thread reuses from query to query.
-struct Spare
+struct ReusableIds
 {
-    Spare() = default;
-    ~Spare() { isSpareGone = true; }
-    Spare(const Spare&) = delete;
-    Spare& operator=(const Spare&) = delete;
+    ReusableIds() = default;
+    ~ReusableIds() { areReusableIdsGone = true; }
+    ReusableIds(const ReusableIds&) = delete;
+    ReusableIds& operator=(const ReusableIds&) = delete;
 
     std::vector<std::uint32_t> ids;
 };
@@ -35,13 +35,13 @@ class Hits
 public:
     Hits()
     {
-        if (std::vector<std::uint32_t>* ids = spare())
+        if (std::vector<std::uint32_t>* ids = reusableIds())
             m_ids = std::move(*ids);
         m_ids.clear();
     }
     ~Hits()
     {
-        if (std::vector<std::uint32_t>* ids = spare())
+        if (std::vector<std::uint32_t>* ids = reusableIds())
             *ids = std::move(m_ids);
     }
     Hits(const Hits&) = delete;
@@ -62,11 +62,11 @@ public:
 
 private:
     /// Null in queries from destructors of static objects, which run after the main thread's thread_local destructors.
-    static std::vector<std::uint32_t>* spare()
+    static std::vector<std::uint32_t>* reusableIds()
     {
-        if (isSpareGone)
+        if (areReusableIdsGone)
             return nullptr;
-        thread_local Spare own;
+        thread_local ReusableIds own;
         return &own.ids;
     }
 

@@ -123,7 +123,7 @@ bool canRunConcurrently(int shapeType)
 {
     switch (convexKindOf(shapeType))
     {
-        case ConvexKind::Foreign:
+        case ConvexKind::Unsupported:
             return false;
         case ConvexKind::Support:
             return shapeType == CYLINDER_SHAPE_PROXYTYPE || shapeType == CONE_SHAPE_PROXYTYPE ||
@@ -154,14 +154,14 @@ std::optional<PosedShape> poseShape(const btConvexShape& shape, ConvexKind kind,
     }
 }
 
-Eigen::Vector3d wayToOrigin(const Eigen::Vector3d& from, const btConvexShape& shape, ConvexKind kind,
-                            const btTransform& transform)
+Eigen::Vector3d offsetToOrigin(const Eigen::Vector3d& from, const btConvexShape& shape, ConvexKind kind,
+                               const btTransform& transform)
 {
-    const Eigen::Vector3d way = toEigen(transform.getOrigin()).cast<double>() - from;
+    const Eigen::Vector3d offset = toEigen(transform.getOrigin()).cast<double>() - from;
     if (kind != ConvexKind::Triangle)
-        return way;
+        return offset;
     const Vector corner = toEigen(static_cast<const btTriangleShape&>(shape).m_vertices1[0]);
-    return way + basisOf(transform).cast<double>() * corner.cast<double>();
+    return offset + basisOf(transform).cast<double>() * corner.cast<double>();
 }
 
 bool stretchUnitHull(const btConvexShape& shape, const btTransform& transform, StretchedHull& stretched)

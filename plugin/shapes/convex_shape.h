@@ -33,13 +33,13 @@ inline btVector3 toBullet(const Eigen::Vector3d& v)
 /// The kind of core of one of Bullet's convex shapes: a polytope or a support function, which the margin enlarges.
 enum class ConvexKind : std::uint8_t
 {
-    Hull,      ///< btConvexHullShape: its points, scaled
-    Box,       ///< a scaled cube; the core is smaller than the box by boxMargin()
-    Triangle,  ///< three points
-    Capsule,   ///< a segment; the margin is the radius
-    Sphere,    ///< a point; the margin is the radius
-    Support,   ///< Bullet's support function without margin
-    Foreign    ///< two-dimensional, not convex, or inside out: left to Bullet
+    Hull,        ///< btConvexHullShape: its points, scaled
+    Box,         ///< a scaled cube; the core is smaller than the box by boxMargin()
+    Triangle,    ///< three points
+    Capsule,     ///< a segment; the margin is the radius
+    Sphere,      ///< a point; the margin is the radius
+    Support,     ///< Bullet's support function without margin
+    Unsupported  ///< two-dimensional, not convex, or inside out: left to Bullet
 };
 
 inline ConvexKind convexKindOf(int shapeType)
@@ -59,9 +59,9 @@ inline ConvexKind convexKindOf(int shapeType)
             return ConvexKind::Sphere;
         case BOX_2D_SHAPE_PROXYTYPE:
         case CONVEX_2D_SHAPE_PROXYTYPE:
-            return ConvexKind::Foreign;
+            return ConvexKind::Unsupported;
         default:
-            return btBroadphaseProxy::isConvex(shapeType) ? ConvexKind::Support : ConvexKind::Foreign;
+            return btBroadphaseProxy::isConvex(shapeType) ? ConvexKind::Support : ConvexKind::Unsupported;
     }
 }
 
@@ -81,7 +81,7 @@ inline bool isThinnerThanMargin(const btConvexInternalShape& shape)
 
 /// The kind of a shape in its current state.
 ///
-/// Foreign includes a cylinder thinner than its margin, which Bullet's support function turns inside out, so that
+/// Unsupported includes a cylinder thinner than its margin, which Bullet's support function turns inside out, so that
 /// it proves no gap, and a capsule with a negative scale, whose radius is negative.
 inline ConvexKind convexKindOf(const btConvexShape& shape)
 {
@@ -92,7 +92,7 @@ inline ConvexKind convexKindOf(const btConvexShape& shape)
     const auto& internal = static_cast<const btConvexInternalShape&>(shape);
     const bool isInsideOut =
         kind == ConvexKind::Capsule ? internal.getMarginNV() < 0 : isThinnerThanMargin(internal);
-    return isInsideOut ? ConvexKind::Foreign : kind;
+    return isInsideOut ? ConvexKind::Unsupported : kind;
 }
 
 /// The representation of a box: a cuboid, enlarged by a margin.
@@ -139,8 +139,8 @@ std::optional<PosedShape> poseShape(const btConvexShape& shape, ConvexKind kind,
                                     HullUse& use, std::uint64_t pass);
 
 /// The vector from a point in world space to the origin() of a core; rounding is relative to the length of the vector.
-Eigen::Vector3d wayToOrigin(const Eigen::Vector3d& from, const btConvexShape& shape, ConvexKind kind,
-                            const btTransform& transform);
+Eigen::Vector3d offsetToOrigin(const Eigen::Vector3d& from, const btConvexShape& shape, ConvexKind kind,
+                               const btTransform& transform);
 
 /// The core of a hull shape, with its current scale, for a known hull.
 PosedShape poseHull(const Hull<btScalar>& hull, const btConvexShape& hullShape, const btTransform& transform);

@@ -47,10 +47,10 @@ HullContents::HullContents(const btConvexHullShape& shape)
         return;
     const btScalar* first = shape.getUnscaledPoints()->m_floats;
     m_points.assign(first, first + bytes / sizeof(btScalar));
-    m_cloud = makeCloud(threeOfEach());
+    m_cloud = makeCloud(xyzPoints());
 }
 
-std::vector<Eigen::Matrix<btScalar, 3, 1>> HullContents::threeOfEach() const
+std::vector<Eigen::Matrix<btScalar, 3, 1>> HullContents::xyzPoints() const
 {
     std::vector<Eigen::Matrix<btScalar, 3, 1>> points;
     points.reserve(pointCount());
@@ -65,7 +65,7 @@ const Hull<btScalar>& HullContents::graph(bool& isFirst)
     std::call_once(m_isBuilt,
                    [this, &isFirst]
                    {
-                       m_graph = makeCornerHull(threeOfEach());
+                       m_graph = makeCornerHull(xyzPoints());
                        isFirst = true;
                    });
     return m_graph;
@@ -105,8 +105,8 @@ catch (const std::bad_alloc&)
 /// @pre a pair uses the added record or contents
 void HullCache::add(std::size_t weight) noexcept
 {
-    m_added += weight;
-    if (m_added > m_sweepAt)
+    m_addedWeight += weight;
+    if (m_addedWeight > m_sweepAt)
         sweep();
 }
 
@@ -128,7 +128,7 @@ void HullCache::sweep() noexcept
         left += contents ? weightOf(*contents) : 0;
         it = contents ? std::next(it) : m_contents.erase(it);
     }
-    m_added = 0;
+    m_addedWeight = 0;
     m_sweepAt = std::max(kLeastAdded, left);
 }
 
@@ -148,8 +148,8 @@ std::shared_ptr<HullContents> HullCache::contentsOf(const btConvexHullShape& sha
     return made;
 }
 
-const Hull<btScalar>* HullCache::replace(HullRecord& record, const btConvexHullShape& shape,
-                                         std::uint64_t pass) noexcept
+const Hull<btScalar>* HullCache::updateContents(HullRecord& record, const btConvexHullShape& shape,
+                                                std::uint64_t pass) noexcept
 try
 {
     std::shared_ptr<HullContents> found;
@@ -167,7 +167,7 @@ try
         record.contents.store(found.get(), std::memory_order_release);
         record.revision.fetch_add(1, std::memory_order_release);
     }
-    record.checkedIn.store(pass, std::memory_order_release);
+    record.checkedPass.store(pass, std::memory_order_release);
     return record.hull.load(std::memory_order_acquire);
 }
 catch (const std::exception&)
@@ -176,9 +176,9 @@ catch (const std::exception&)
 }
 
 /// The hull of a record without a graph: the points, or the graph once it is worth its cost. No result depends on it.
-const Hull<btScalar>* HullCache::scanned(HullRecord& record, const Hull<btScalar>& cloud) noexcept
+const Hull<btScalar>* HullCache::cloudOrGraph(HullRecord& record, const Hull<btScalar>& cloud) noexcept
 {
-    if (cloud.vertexCount() > kMostScanned && pays(record, cloud, 1))
+    if (cloud.vertexCount() > kMostScanned && reachesBuildCost(record, cloud, 1))
     {
         if (const Hull<btScalar>* const graph = build(record))
             return graph;
@@ -189,12 +189,14 @@ const Hull<btScalar>* HullCache::scanned(HullRecord& record, const Hull<btScalar
 void HullCache::countContact(HullRecord& record) noexcept
 {
     const Hull<btScalar>* const hull = record.hull.load(std::memory_order_acquire);
-    if (hull != nullptr && hull->kind() == HullKind::Cloud && pays(record, *hull, kScansOfContact))
+    if (hull != nullptr && hull->kind() == HullKind::Cloud &&
+        reachesBuildCost(record, *hull, kScansOfContact))
         build(record);
 }
 
 /// True for the one scan with which the total cost of scans reaches that of the graph.
-bool HullCache::pays(HullRecord& record, const Hull<btScalar>& cloud, std::uint32_t scans) noexcept
+bool HullCache::reachesBuildCost(HullRecord& record, const Hull<btScalar>& cloud,
+                                 std::uint32_t scans) noexcept
 {
     if (!mayBuild(record, cloud))
         return false;
@@ -265,7 +267,7 @@ void HullCache::invalidate(const btConvexHullShape& shape) noexcept
     HullRecord& record = *it->second;
     record.isPinned.store(false, std::memory_order_release);
     record.isDeforming.store(false, std::memory_order_release);
-    record.checkedIn.store(0, std::memory_order_release);
+    record.checkedPass.store(0, std::memory_order_release);
     forgetGraph(record);
     if (record.references.load(std::memory_order_acquire) == 0)
         m_records.erase(it);

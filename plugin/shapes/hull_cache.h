@@ -47,7 +47,7 @@ public:
 private:
     static constexpr std::size_t kScalarsPerPoint = sizeof(btVector3) / sizeof(btScalar);
 
-    std::vector<Eigen::Matrix<btScalar, 3, 1>> threeOfEach() const;
+    std::vector<Eigen::Matrix<btScalar, 3, 1>> xyzPoints() const;
 
     std::vector<btScalar> m_points;  ///< as in the shape, including the unused fourth component
     Hull<btScalar> m_cloud;
@@ -61,7 +61,7 @@ struct HullRecord
     const btConvexHullShape* shape = nullptr;  ///< for comparing the address; the shape may be destroyed
     std::atomic<const HullContents*> contents{nullptr};
     std::atomic<const Hull<btScalar>*> hull{nullptr};  ///< cloud or graph of the contents
-    std::atomic<std::uint64_t> checkedIn{0};  ///< pass of the last comparison between shape and contents
+    std::atomic<std::uint64_t> checkedPass{0};  ///< pass of the last comparison between shape and contents
     std::atomic<std::int32_t> references{0};
     std::atomic<std::uint32_t> revision{0};      ///< changed with the contents
     std::atomic<std::uint32_t> scannedTotal{0};  ///< scans of these contents without a graph
@@ -123,14 +123,14 @@ public:
                                                                const btConvexHullShape& shape,
                                                                std::uint64_t pass) noexcept
     {
-        if (pass != 0 && record.checkedIn.load(std::memory_order_acquire) == pass)
+        if (pass != 0 && record.checkedPass.load(std::memory_order_acquire) == pass)
             return record.hull.load(std::memory_order_acquire);
         const HullContents* contents = record.contents.load(std::memory_order_acquire);
         if (contents == nullptr || !contents->equals(shape))
-            return instance().replace(record, shape, pass);
-        record.checkedIn.store(pass, std::memory_order_release);
+            return instance().updateContents(record, shape, pass);
+        record.checkedPass.store(pass, std::memory_order_release);
         const Hull<btScalar>* hull = record.hull.load(std::memory_order_acquire);
-        return hull->kind() == HullKind::Cloud ? instance().scanned(record, *hull) : hull;
+        return hull->kind() == HullKind::Cloud ? instance().cloudOrGraph(record, *hull) : hull;
     }
 
     /// The graph of the shape's current points; a HullKind::Cloud only if mayBuild() is false; null if out of memory.
@@ -168,10 +168,11 @@ private:
     }
     static void forgetGraph(HullRecord& record) noexcept;
     const Hull<btScalar>* build(HullRecord& record) noexcept;
-    static bool pays(HullRecord& record, const Hull<btScalar>& cloud, std::uint32_t scans) noexcept;
-    const Hull<btScalar>* scanned(HullRecord& record, const Hull<btScalar>& cloud) noexcept;
-    const Hull<btScalar>* replace(HullRecord& record, const btConvexHullShape& shape,
-                                  std::uint64_t pass) noexcept;
+    static bool reachesBuildCost(HullRecord& record, const Hull<btScalar>& cloud,
+                                 std::uint32_t scans) noexcept;
+    const Hull<btScalar>* cloudOrGraph(HullRecord& record, const Hull<btScalar>& cloud) noexcept;
+    const Hull<btScalar>* updateContents(HullRecord& record, const btConvexHullShape& shape,
+                                         std::uint64_t pass) noexcept;
     std::shared_ptr<HullContents> contentsOf(const btConvexHullShape& shape);
     void add(std::size_t weight) noexcept;
     void sweep() noexcept;
@@ -179,7 +180,7 @@ private:
     mutable std::mutex m_mutex;
     std::unordered_map<const btConvexHullShape*, std::unique_ptr<HullRecord>> m_records;
     std::unordered_multimap<std::uint64_t, std::weak_ptr<HullContents>> m_contents;
-    std::size_t m_added = 0;  ///< total weight since the last sweep
+    std::size_t m_addedWeight = 0;  ///< total weight since the last sweep
     std::size_t m_sweepAt = kLeastAdded;
     std::atomic<std::uint64_t> m_buildsTotal{0};
 };

@@ -41,11 +41,11 @@ inline btScalar largestOf(const Components& v)
 
 /// Not inlined, since a loop would keep the direction in memory.
 ///
-/// @param start [in, out] a vertex as stored in the cache, see hitBeside(); afterwards the highest vertex
-[[gnu::noinline]] inline btScalar heightBeside(const Hull<btScalar>& hull, const Components& local,
-                                               btScalar band, std::uint16_t& start)
+/// @param start [in, out] a vertex as stored in the cache, see hitNearVertex(); afterwards the highest vertex
+[[gnu::noinline]] inline btScalar heightNearVertex(const Hull<btScalar>& hull, const Components& local,
+                                                   btScalar band, std::uint16_t& start)
 {
-    const SupportHit<btScalar> hit = hitBeside(hull, local, band, start);
+    const SupportHit<btScalar> hit = hitNearVertex(hull, local, band, start);
     start = narrowId<btScalar>(hit.vertex);
     return hit.height;
 }
@@ -81,7 +81,7 @@ inline btScalar largestOf(const Components& v)
     }
     // A copy, so that the direction can stay in registers until here.
     const Components copy = local;
-    return heightBeside(hull, copy, band, start);
+    return heightNearVertex(hull, copy, band, start);
 }
 
 /// For two cores the growth of the height along an axis per unit of arc length, by which the core turns on a ball that
@@ -120,7 +120,7 @@ private:
 };
 
 /// The surplus of a separation proof by an axis.
-struct AxisRoom
+struct AxisSurplus
 {
     btScalar left = 0;  ///< lower bound of the gap beyond the required one, times the length of the axis
     TurnRates rates;
@@ -147,11 +147,11 @@ inline AxisTest<btScalar> failedTest(const StretchedHull& a, const StretchedHull
 /// False proves nothing; isaGjk() must decide.
 /// @param limit length unit of the world, not negative
 /// @param cache its support vertices are updated
-/// @param room   [out] if not null
+/// @param surplus   [out] if not null
 /// @param failed [out] if not null and the result is false: the gap along the axis, if its support vertices are known
 [[gnu::always_inline]] inline bool staysSeparated(const StretchedHull& a, const StretchedHull& b,
                                                   btScalar limit, GjkCache<btScalar>& cache,
-                                                  AxisRoom* room = nullptr,
+                                                  AxisSurplus* surplus = nullptr,
                                                   AxisTest<btScalar>* failed = nullptr)
 {
     const Components axis = {btScalar(cache.axis[0]), btScalar(cache.axis[1]), btScalar(cache.axis[2])};
@@ -184,13 +184,13 @@ inline AxisTest<btScalar> failedTest(const StretchedHull& a, const StretchedHull
             *failed = failedTest(a, b, along, cache);
         return false;
     }
-    if (room != nullptr)
+    if (surplus != nullptr)
     {
         // The error is again less than four roundings of a value of at most twice the size.
         const btScalar rest =
             along - (gap + 16 * std::numeric_limits<btScalar>::epsilon() * size) * squareRoot(length2);
-        room->left = std::max(rest, btScalar(0));
-        room->rates = TurnRates(largestOf(sizes), heightA, largestOf(stretch), heightB, length2);
+        surplus->left = std::max(rest, btScalar(0));
+        surplus->rates = TurnRates(largestOf(sizes), heightA, largestOf(stretch), heightB, length2);
     }
     return true;
 }

@@ -27,7 +27,7 @@ bool isOneOf(const btCollisionShape& shape)
 }
 }  // namespace
 
-bool hasPureAabb(const btCollisionShape& shape)
+bool hasThreadSafeAabb(const btCollisionShape& shape)
 {
     switch (shape.getShapeType())
     {

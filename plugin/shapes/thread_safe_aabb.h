@@ -12,6 +12,6 @@ inline namespace CULLET_PRECISION
 /// for shapes that are exactly of one of Bullet's classes listed at WorldBoxes.
 ///
 /// False for derived classes, which may compute lazily what their base does not. False is always safe.
-bool hasPureAabb(const btCollisionShape& shape);
+bool hasThreadSafeAabb(const btCollisionShape& shape);
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

@@ -288,9 +288,9 @@ TEST(Camera, FramesWhatMovesAndNotWhatRests)
     EXPECT_GT(distance, camera.radius);
     EXPECT_LT(distance, 8 * camera.radius);
     EXPECT_GT(camera.eye.y(), camera.target.y());
-    CameraWish wish;
-    wish.orbit = 360;
-    const std::vector<Camera> around = aimCameras(film, wish, 1);
+    CameraOptions cameraOptions;
+    cameraOptions.orbit = 360;
+    const std::vector<Camera> around = aimCameras(film, cameraOptions, 1);
     ASSERT_EQ(around.size(), film.frames.size());
     EXPECT_LT((around[0].eye - around[30].eye).norm(), 2.1f * (around[0].eye - around[0].target).norm());
     EXPECT_GT((around[0].eye - around[30].eye).norm(), 1.5f * (around[0].eye - around[0].target).norm());

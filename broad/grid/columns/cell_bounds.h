@@ -26,13 +26,13 @@ struct CellFactors
 {
     Float4 above, below, offset;
 
-    explicit CellFactors(const CellBounds& rule)
+    explicit CellFactors(const CellBounds& cellBounds)
     {
         constexpr float kUlps = 0x1p-22f;
         const Float4 outward = {-1.0f, 1.0f, -1.0f, 1.0f};
-        above = (1.0f + outward * kUlps) * rule.inverseWidth;
-        below = (1.0f - outward * kUlps) * rule.inverseWidth;
-        offset = outward * (rule.grow * rule.inverseWidth);
+        above = (1.0f + outward * kUlps) * cellBounds.inverseWidth;
+        below = (1.0f - outward * kUlps) * cellBounds.inverseWidth;
+        offset = outward * (cellBounds.grow * cellBounds.inverseWidth);
     }
 };
 
@@ -41,9 +41,9 @@ struct CellFactors
 /// Boxes whose gap is not above twice `grow` share a cell. The units in the last place ensure this where `grow` is
 /// lost in the rounding of large coordinates. Every step is monotone in the face, so that a cell is an interval of
 /// floats: see CellEdges.
-inline Int4 cellsOfFaces(Float4 faces, const CellBounds& rule) noexcept
+inline Int4 cellsOfFaces(Float4 faces, const CellBounds& cellBounds) noexcept
 {
-    const CellFactors factors(rule);
+    const CellFactors factors(cellBounds);
     Float4 cell = faces * (faces < 0.0f ? factors.below : factors.above) + factors.offset;
     cell = cell < -kFarthestCell ? Float4{} - kFarthestCell : cell;
     cell = cell > kFarthestCell ? Float4{} + kFarthestCell : cell;

@@ -13,15 +13,15 @@ namespace
 constexpr std::size_t kArrays = 7;  // floats of a ColumnSoa
 }
 
-void RowPool::resize(std::size_t entries)
+void ColumnPool::resize(std::size_t entries)
 {
-    const std::size_t needed = entries + kRowPadding;
+    const std::size_t needed = entries + kColumnPadding;
     m_stride = needed;
     if (m_floats.size() < kArrays * needed)
         m_floats.resize(kArrays * (needed + needed / 4));
 }
 
-ColumnSoa RowPool::row(std::size_t offset, FlaggedId* ids, std::uint32_t count, bool isBounded)
+ColumnSoa ColumnPool::column(std::size_t offset, TaggedRow* proxyRows, std::uint32_t count, bool isBounded)
 {
     float* base = m_floats.data() + offset;
     return {base,
@@ -30,27 +30,27 @@ ColumnSoa RowPool::row(std::size_t offset, FlaggedId* ids, std::uint32_t count, 
             base + 3 * m_stride,
             base + 4 * m_stride,
             base + 5 * m_stride,
-            ids,
+            proxyRows,
             count,
             isBounded ? base + 6 * m_stride : nullptr};
 }
 
-void ColumnBuilder::build(const ColumnKernels& kernels, const RowSource& source, ColumnSoa& row)
+void ColumnBuilder::build(const ColumnKernels& kernels, const ColumnSource& source, ColumnSoa& column)
 {
     // The kernel reads whole vectors behind the last key.
-    if (m_records.size() < 2u * source.count + 4u)
+    if (m_entries.size() < 2u * source.count + 4u)
     {
-        m_records.resize(3 * source.count + 4);
+        m_entries.resize(3 * source.count + 4);
         m_keys.resize(3 * source.count + 4);
     }
-    kernels.buildRow(source, {m_records.data(), m_keys.data()}, row);
+    kernels.buildColumn(source, {m_entries.data(), m_keys.data()}, column);
 }
 
-float longestOf(const ColumnSoa& row)
+float longestSweepExtent(const ColumnSoa& column)
 {
     float longest = 0;
-    for (std::uint32_t i = 0; i < row.count; ++i)
-        longest = std::max(longest, row.x1[i] - row.x0[i]);
+    for (std::uint32_t i = 0; i < column.count; ++i)
+        longest = std::max(longest, column.x1[i] - column.x0[i]);
     return std::nextafter(longest, std::numeric_limits<float>::infinity());
 }
 }  // namespace cullet

@@ -11,16 +11,16 @@
 namespace cullet
 {
 /// Memory for the boxes of columns as structure of arrays; grows, never shrinks.
-class RowPool
+class ColumnPool
 {
 public:
     /// Makes room for `entries` in all, sentinels included. Contents are lost.
     void resize(std::size_t entries);
 
-    /// The arrays from `offset` on; the FlaggedId array is memory of the caller.
+    /// The arrays from `offset` on; the TaggedRow array is memory of the caller.
     ///
     /// @param isBounded whether the column has an array of bounds
-    ColumnSoa row(std::size_t offset, FlaggedId* ids, std::uint32_t count, bool isBounded = false);
+    ColumnSoa column(std::size_t offset, TaggedRow* proxyRows, std::uint32_t count, bool isBounded = false);
 
     std::uint64_t bytes() const { return m_floats.capacity() * sizeof(float); }
 
@@ -36,22 +36,22 @@ private:
 class ColumnBuilder
 {
 public:
-    /// Lays out the boxes of a source, and writes its FlaggedId array back in order.
+    /// Lays out the boxes of a source, and writes its TaggedRow array back in order.
     ///
-    /// @param row [in, out] memory for count + 5 boxes and a multiple of four FlaggedId values; receives the
+    /// @param column [in, out] memory for count + 5 boxes and a multiple of four TaggedRow values; receives the
     /// boxes in the cell
-    void build(const ColumnKernels& kernels, const RowSource& source, ColumnSoa& row);
+    void build(const ColumnKernels& kernels, const ColumnSource& source, ColumnSoa& column);
 
     std::uint64_t bytes() const
     {
-        return m_records.capacity() * sizeof(RowRecord) + m_keys.capacity() * sizeof(RowKey);
+        return m_entries.capacity() * sizeof(ColumnEntry) + m_keys.capacity() * sizeof(SortKey);
     }
 
 private:
-    std::vector<RowRecord> m_records;
-    std::vector<RowKey> m_keys;
+    std::vector<ColumnEntry> m_entries;
+    std::vector<SortKey> m_keys;
 };
 
 /// Longest extent along the sweep axis, rounded up.
-float longestOf(const ColumnSoa& row);
+float longestSweepExtent(const ColumnSoa& column);
 }  // namespace cullet

@@ -33,21 +33,21 @@ public:
 /// The boxes to be put into the grid.
 struct GridInput
 {
-    const Aabb* boxes = nullptr;         ///< [rows of the ProxyTable]
-    const std::uint32_t* ids = nullptr;  ///< [count] rows to take, or null for 0 .. count - 1
+    const Aabb* boxes = nullptr;               ///< [rows of the ProxyTable]
+    const std::uint32_t* proxyRows = nullptr;  ///< [count] rows to take, or null for 0 .. count - 1
     std::uint32_t count = 0;
-    float grow = 0;   ///< enlarges every box on every side
-    float reach = 0;  ///< enlarges every box further, for the choice of its cells only
-    float near = 0;   ///< pairs with a gap (negative: overlap) above this are left out; at most 2 * reach
-    float deep = kReportAll;  ///< pairs with a gap not above this are left out
-    /// [rows] or null: the motion of each box; times motionFactor it is the bound of the box, at most near / 2. Pairs
+    float grow = 0;      ///< enlarges every box on every side
+    float cellSkin = 0;  ///< enlarges every box further, for the choice of its cells only
+    float maxGap = 0;  ///< pairs with a gap (negative: overlap) above this are left out; at most 2 * cellSkin
+    float minGap = kNoMinGap;  ///< pairs with a gap not above this are left out
+    /// [rows] or null: the motion of each box; times motionFactor it is the bound of the box, at most maxGap / 2. Pairs
     /// whose absolute gap is above the sum of both bounds are left out.
     const float* motions = nullptr;
     float motionFactor = 0;
 };
 
 /// What the columns are used for after their scan.
-enum class RowUse : std::uint8_t
+enum class ColumnUse : std::uint8_t
 {
     Once,
     Query,  ///< query()
@@ -60,8 +60,8 @@ struct alignas(64) GridMotion
     /// Boxes by the exponent of the largest motion of a face; created, destroyed and infinite boxes count in the
     /// last.
     std::array<std::uint32_t, 256> octaves{};
-    float largest = 0;                  ///< motion within the limit
-    std::vector<std::uint32_t> strays;  ///< ascending; touch other cells than before, or moved farther
+    float largest = 0;                    ///< motion within the limit
+    std::vector<std::uint32_t> migrated;  ///< ascending; touch other cells than before, or moved farther
 };
 
 /// Hierarchical grid with spatial hashing of "Lesson 04, Broad Phase Collision Detection" (docs/references.md), laid
@@ -89,13 +89,13 @@ public:
     /// Clears the grid, fills it and hands every overlapping pair of the input to the sink, each exactly once.
     ///
     /// Cost: O(n + pairs) for sizes within a constant ratio; about 80 ns a box on one core
-    void scan(const GridInput& input, PairSink& sink, RowUse use);
+    void scan(const GridInput& input, PairSink& sink, ColumnUse use);
 
     /// Whether scan() of `count` boxes uses the calling thread only.
     bool isForOneThread(std::uint32_t count) const;
 
     /// Whether follow() can update the columns of the last scan, so that they need no refill.
-    bool canFollow(float reach) const { return m_isFollowable && m_reach == reach; }
+    bool canFollow(float cellSkin) const { return m_isFollowable && m_cellSkin == cellSkin; }
 
     /// Compares all changed boxes with those of the last scan.
     ///
@@ -107,7 +107,7 @@ public:
 
     /// Inserts migrated boxes into their new cells; returns whether scanFollowed() may run next, otherwise scan()
     /// must.
-    bool follow(const GridInput& input, const Aabb* before, const std::vector<std::uint32_t>& strays);
+    bool follow(const GridInput& input, const Aabb* before, const std::vector<std::uint32_t>& migrated);
 
     /// Scans the existing columns instead of refilling them; boxes that left a cell are dropped from it.
     void scanFollowed(const GridInput& input, PairSink& sink);
@@ -121,9 +121,9 @@ public:
     float finestWidth() const { return m_plan.width[0]; }
 
     /// Hands every kept box that overlaps one of `boxes` to the sink as {index, kept}, each once, one of `boxes`
-    /// after the other. The last scan had RowUse::Query.
+    /// after the other. The last scan had ColumnUse::Query.
     ///
-    /// Fast where the boxes are in the order of orderAlongRows(). Several threads may call it, with different
+    /// Fast where the boxes are in the order of orderAlongColumns(). Several threads may call it, with different
     /// workers.
     ///
     /// @param boxes [count] empty boxes are skipped
@@ -132,8 +132,9 @@ public:
     /// Orders boxes by the columns that they begin in, and along these.
     ///
     /// @param boxes [rows of the ProxyTable]
-    /// @return indices into `ids`
-    std::vector<std::uint32_t> orderAlongRows(const Aabb* boxes, const std::vector<std::uint32_t>& ids) const;
+    /// @return indices into `proxyRows`
+    std::vector<std::uint32_t> orderAlongColumns(const Aabb* boxes,
+                                                 const std::vector<std::uint32_t>& proxyRows) const;
 
     /// The box enlarged by `grow` on every side.
     static Aabb grown(const Aabb& box, float grow);
@@ -149,7 +150,7 @@ public:
     };
 
     /// Returns the work since the last call and resets the counters.
-    Work takeWork();
+    Work collectWork();
 
     /// Entries of the last scan: boxes times cells.
     std::uint64_t entryCount() const { return m_entryCount; }
@@ -159,13 +160,13 @@ public:
 
 private:
     // A box that would touch more cells than this under a plan that did not expect it joins the unbounded boxes.
-    static constexpr std::int64_t kMostCells = 64;
-    static constexpr std::int32_t kSquareSide = 8;  // side of a square of kMostCells cells
+    static constexpr std::int64_t kMaxCells = 64;
+    static constexpr std::int32_t kSquareSide = 8;  // side of a square of kMaxCells cells
 
     struct Entry
     {
-        std::uint32_t row;
-        FlaggedId id;
+        std::uint32_t column;
+        TaggedRow proxyRow;
     };
 
     /// A vector that is enlarged once per box instead of being checked per entry.
@@ -208,14 +209,14 @@ private:
     struct alignas(64) Worker
     {
         ColumnBuilder builder;
-        RowPool bold;
-        RowPool regular;
+        ColumnPool bold;
+        ColumnPool regular;
         std::unique_ptr<PairBuffer> buffer = std::make_unique<PairBuffer>();
     };
 
-    /// Position of the FlaggedId array of a column; begin and room are multiples of four, so that whole vectors can
+    /// Position of the TaggedRow array of a column; begin and room are multiples of four, so that whole vectors can
     /// be written.
-    struct RowList
+    struct ColumnList
     {
         std::uint32_t begin;
         std::uint32_t count;
@@ -224,11 +225,11 @@ private:
     };
 
     /// One pass over the columns.
-    struct RowPass
+    struct ColumnPass
     {
         const GridInput& input;
         PairSink& sink;
-        RowUse use;
+        ColumnUse use;
         bool isFollowed;  ///< boxes may have changed cells
     };
 
@@ -240,25 +241,28 @@ private:
     };
 
     std::uint32_t locate(const GridInput& input, std::uint32_t begin, std::uint32_t end, Task& task,
-                         Located* block) const;
-    bool locateOne(const GridInput& input, std::uint32_t index, Task& task, Located& to) const;
+                         LocatedBox* block) const;
+    bool locateOne(const GridInput& input, std::uint32_t index, Task& task, LocatedBox& to) const;
     void sampleSizes(const GridInput& input, std::uint32_t begin, std::uint32_t end, Task& task) const;
-    static std::int64_t cellCountOf(const TileRange& cells);
-    static bool isManyCells(const TileRange& cells)
+    static std::int64_t cellCountOf(const CellRect& cells);
+    static bool areTooManyCells(const CellRect& cells)
     {
         const std::int32_t spans = (cells.j1 - cells.j0) | (cells.k1 - cells.k0);
-        return spans >= kSquareSide && cellCountOf(cells) > kMostCells;
+        return spans >= kSquareSide && cellCountOf(cells) > kMaxCells;
     }
-    CellBounds ruleOf(float grow, std::uint32_t level) const { return {grow, m_plan.inverseWidth[level]}; }
+    CellBounds cellBoundsOf(float grow, std::uint32_t level) const
+    {
+        return {grow, m_plan.inverseWidth[level]};
+    }
     Float4 tileOf(const Aabb& box) const;
-    TileRange cellsOf(const Aabb& box, const CellBounds& rule) const;
+    CellRect cellsOf(const Aabb& box, const CellBounds& cellBounds) const;
     static std::size_t octaveIndex(Float4 tile);
     void recordSize(const Aabb& grown, Task& task) const;
     void sampleInput(const GridInput& input);
     CellWindow chooseWindow(std::vector<std::int32_t>& js, std::vector<std::int32_t>& ks,
                             std::uint32_t boxes) const;
-    bool insertByHash(const Located& box, Task& task);
-    bool insertBold(const Located* block, std::uint32_t count, Task& task);
+    bool insertByHash(const LocatedBox& box, Task& task);
+    bool insertBold(const LocatedBox* block, std::uint32_t count, Task& task);
     enum class BoxKind
     {
         Empty,
@@ -275,52 +279,54 @@ private:
     bool tryFill(const GridInput& input);
     void fillBold(const GridInput& input, std::uint32_t begin, std::uint32_t end, Task& task);
     void fillRegular(const GridInput& input, std::uint32_t begin, std::uint32_t end, Task& task);
-    void mergeTasks(RowUse use);
+    void mergeTasks(ColumnUse use);
     std::uint32_t scatterKind(EntryList Task::*entries, std::vector<std::uint32_t> Task::*counts,
-                              std::vector<RowList>& lists, std::vector<FlaggedId>& ids, RowUse use);
-    void scanRows(const RowPass& pass);
-    void scanRow(const RowPass& pass, std::uint32_t row, unsigned worker, PairBuffer& out);
-    ColumnSoa buildRow(const RowPass& pass, std::uint32_t row, RowList& list, std::vector<FlaggedId>& ids,
-                       RowPool& pool, std::size_t offset, ColumnBuilder& builder);
+                              std::vector<ColumnList>& lists, std::vector<TaggedRow>& proxyRows,
+                              ColumnUse use);
+    void scanColumns(const ColumnPass& pass);
+    void scanColumn(const ColumnPass& pass, std::uint32_t column, unsigned worker, PairBuffer& out);
+    ColumnSoa buildColumn(const ColumnPass& pass, std::uint32_t column, ColumnList& list,
+                          std::vector<TaggedRow>& proxyRows, ColumnPool& pool, std::size_t offset,
+                          ColumnBuilder& builder);
     void compareRange(const MotionSource& source, const std::uint32_t* rows, std::size_t count,
                       GridMotion& motion) const;
-    bool followStray(const GridInput& input, const Aabb& before, std::uint32_t id);
-    bool addToRow(std::uint64_t cell, std::uint32_t id);
-    const CellEdges& edgesOf(std::uint32_t row);
-    static void handToSink(void* context, const PairBuffer& found);
+    bool insertMigrated(const GridInput& input, const Aabb& before, std::uint32_t proxyRow);
+    bool addToColumn(std::uint64_t cell, std::uint32_t proxyRow);
+    const CellEdges& edgesOf(std::uint32_t column);
+    static void deliverToSink(void* context, const PairBuffer& found);
     PairBuffer& prepareBuffer(const GridInput& input, SinkContext& context) const;
     void scanUnbounded(const GridInput& input, PairSink& sink);
-    void queryBox(const Aabb& box, FlaggedId id, PairBuffer& out) const;
+    void queryBox(const Aabb& box, TaggedRow proxyRow, PairBuffer& out) const;
     void queryLevel(const ColumnSoa& query, const Aabb& box, std::uint32_t level, PairBuffer& out) const;
-    void queryRow(const ColumnSoa& query, std::uint32_t row, PairBuffer& out) const;
+    void queryColumn(const ColumnSoa& query, std::uint32_t column, PairBuffer& out) const;
 
     GridOptions m_options;
     ParallelLoops& m_workers;
     const ColumnKernels& m_kernels;
     GridPlan m_plan;
-    SizeHistogram m_planned;  // sizes that the plan was made for
+    SizeHistogram m_plannedSizes;  // sizes that the plan was made for
     double m_density = 1;
     bool m_hasPlan = false;
     CellWindow m_window;
     float m_sweepLow = 0;  // most boxes begin between the two
     float m_sweepHigh = 0;
-    ColumnHash m_rows;
-    std::uint32_t m_rowRoom = 256;
+    ColumnHash m_columns;
+    std::uint32_t m_columnCapacity = 256;
     unsigned m_taskCount = 1;
     std::vector<Task> m_tasks;
     std::vector<Worker> m_scratch;
-    std::vector<RowList> m_bold;     // [columns] into m_boldIds
-    std::vector<RowList> m_regular;  // [columns] into m_regularIds; empty with one level
-    mutable std::vector<FlaggedId> m_boldIds;
-    std::vector<FlaggedId> m_regularIds;
+    std::vector<ColumnList> m_bold;     // [columns] into m_boldRows
+    std::vector<ColumnList> m_regular;  // [columns] into m_regularRows; empty with one level
+    mutable std::vector<TaggedRow> m_boldRows;
+    std::vector<TaggedRow> m_regularRows;
     std::vector<std::uint32_t> m_unbounded;  // ascending
-    mutable RowPool m_kept;                  // bold columns, at their offsets in m_boldIds
-    std::vector<float> m_longest;            // [columns] longest sweep extent in a kept column
+    mutable ColumnPool m_kept;               // bold columns, at their offsets in m_boldRows
+    std::vector<float> m_longestExtents;     // [columns] longest sweep extent in a kept column
     std::vector<CellEdges> m_edges;          // [columns] while they are followed
     std::vector<std::uint8_t> m_hasEdges;    // [columns]
     std::vector<GridMotion> m_motions;       // [tasks]
-    std::uint32_t m_idsUsed = 0;             // entries used of m_boldIds
-    float m_reach = 0;                       // of the last scan
+    std::uint32_t m_boldRowsUsed = 0;        // entries used of m_boldRows
+    float m_cellSkin = 0;                    // of the last scan
     bool m_isFollowable = false;
     std::uint32_t m_followedScans = 0;  // since the last fill
     std::uint64_t m_entryCount = 0;

@@ -46,7 +46,7 @@ std::pair<std::int64_t, std::int64_t> windowOf(std::vector<std::int32_t>& cells)
 }
 }  // namespace
 
-std::int64_t ColumnGrid::cellCountOf(const TileRange& cells)
+std::int64_t ColumnGrid::cellCountOf(const CellRect& cells)
 {
     return (static_cast<std::int64_t>(cells.j1) - cells.j0 + 1) *
            (static_cast<std::int64_t>(cells.k1) - cells.k0 + 1);
@@ -84,27 +84,27 @@ Float4 ColumnGrid::tileOf(const Aabb& box) const
                   box.max[m_plan.tileAxisZ]};
 }
 
-TileRange ColumnGrid::cellsOf(const Aabb& box, const CellBounds& rule) const
+CellRect ColumnGrid::cellsOf(const Aabb& box, const CellBounds& cellBounds) const
 {
-    const Int4 cells = cellsOfFaces(tileOf(box), rule);
+    const Int4 cells = cellsOfFaces(tileOf(box), cellBounds);
     return {cells[0], cells[1], cells[2], cells[3]};
 }
 
 /// Finds the cells of a box at its level; returns false for an empty or unbounded box.
-bool ColumnGrid::locateOne(const GridInput& input, std::uint32_t index, Task& task, Located& to) const
+bool ColumnGrid::locateOne(const GridInput& input, std::uint32_t index, Task& task, LocatedBox& to) const
 {
-    const std::uint32_t id = input.ids != nullptr ? input.ids[index] : index;
-    const BoxKind kind = kindOf(input.boxes[id], input.grow);
+    const std::uint32_t proxyRow = input.proxyRows != nullptr ? input.proxyRows[index] : index;
+    const BoxKind kind = kindOf(input.boxes[proxyRow], input.grow);
     if (kind == BoxKind::Unbounded)
-        task.unbounded.push_back(id);
+        task.unbounded.push_back(proxyRow);
     if (kind != BoxKind::Bounded)
         return false;
-    const Aabb box = grown(input.boxes[id], input.grow);
+    const Aabb box = grown(input.boxes[proxyRow], input.grow);
     const std::uint32_t level = m_plan.levelCount == 1 ? 0u : m_plan.levelOfOctave[octaveIndex(tileOf(box))];
-    to = {cellsOf(box, ruleOf(input.reach, level)), id, static_cast<std::int32_t>(level)};
-    if (!isManyCells(to.cells))
+    to = {cellsOf(box, cellBoundsOf(input.cellSkin, level)), proxyRow, static_cast<std::int32_t>(level)};
+    if (!areTooManyCells(to.cells))
         return true;
-    task.unbounded.push_back(id);
+    task.unbounded.push_back(proxyRow);
     if (index % kSizeSampling != 0)
         recordSize(box, task);
     return false;
@@ -115,7 +115,7 @@ void ColumnGrid::sampleSizes(const GridInput& input, std::uint32_t begin, std::u
     for (std::uint32_t i = (begin + kSizeSampling - 1) / kSizeSampling * kSizeSampling; i < end;
          i += kSizeSampling)
     {
-        const Aabb& box = input.boxes[input.ids != nullptr ? input.ids[i] : i];
+        const Aabb& box = input.boxes[input.proxyRows != nullptr ? input.proxyRows[i] : i];
         if (kindOf(box, input.grow) == BoxKind::Bounded)
             recordSize(grown(box, input.grow), task);
     }
@@ -125,39 +125,40 @@ void ColumnGrid::sampleSizes(const GridInput& input, std::uint32_t begin, std::u
 ///
 /// The branches of the insertion are hard to predict; without them this loop runs at full speed.
 std::uint32_t ColumnGrid::locate(const GridInput& input, std::uint32_t begin, std::uint32_t end, Task& task,
-                                 Located* block) const
+                                 LocatedBox* block) const
 {
     sampleSizes(input, begin, end, task);
-    std::uint32_t odd[kLocateBlock];
+    std::uint32_t outliers[kLocateBlock];
     LocatedCounts counts = {0, 0};
     if (m_plan.levelCount == 1)
     {
-        const CellBounds rule = ruleOf(input.reach, 0);
-        counts = m_kernels.locateBoxes({input.boxes, input.ids, m_plan.sweepAxis, input.grow, rule.grow,
-                                        rule.inverseWidth, kLargestExtent - 4.0f * input.grow, kSquareSide},
-                                       begin, end, block, odd);
+        const CellBounds cellBounds = cellBoundsOf(input.cellSkin, 0);
+        counts = m_kernels.locateBoxes(
+            {input.boxes, input.proxyRows, m_plan.sweepAxis, input.grow, cellBounds.grow,
+             cellBounds.inverseWidth, kLargestExtent - 4.0f * input.grow, kSquareSide},
+            begin, end, block, outliers);
     }
     else
     {
-        counts.odd = end - begin;
-        std::iota(odd, odd + counts.odd, begin);
+        counts.outliers = end - begin;
+        std::iota(outliers, outliers + counts.outliers, begin);
     }
-    for (std::uint32_t i = 0; i < counts.odd; ++i)
-        counts.plain += locateOne(input, odd[i], task, block[counts.plain]) ? 1u : 0u;
+    for (std::uint32_t i = 0; i < counts.outliers; ++i)
+        counts.plain += locateOne(input, outliers[i], task, block[counts.plain]) ? 1u : 0u;
     return counts.plain;
 }
 
-bool ColumnGrid::insertByHash(const Located& box, Task& task)
+bool ColumnGrid::insertByHash(const LocatedBox& box, Task& task)
 {
-    const TileRange& cells = box.cells;
+    const CellRect& cells = box.cells;
     for (std::int32_t j = cells.j0; j <= cells.j1; ++j)
     {
         for (std::int32_t k = cells.k0; k <= cells.k1; ++k)
         {
-            const std::uint32_t row = m_rows.findOrInsert(packCell(box.level, j, k));
-            if (row == ColumnHash::kNone)
+            const std::uint32_t column = m_columns.findOrInsert(packCell(box.level, j, k));
+            if (column == ColumnHash::kNone)
                 return false;
-            task.bold.push({row, flagged(box.id, j == cells.j0, k == cells.k0)});
+            task.bold.push({column, tagRow(box.proxyRow, j == cells.j0, k == cells.k0)});
         }
     }
     return true;
@@ -165,16 +166,16 @@ bool ColumnGrid::insertByHash(const Located& box, Task& task)
 
 /// Inserts boxes into the cells of their level and counts the entries of each; returns false when the ColumnHash is
 /// full.
-bool ColumnGrid::insertBold(const Located* block, std::uint32_t count, Task& task)
+bool ColumnGrid::insertBold(const LocatedBox* block, std::uint32_t count, Task& task)
 {
     // Local copies: the writes might alias members, which the compiler would read again for each box.
-    const CellWindow window = m_rows.window();
-    task.bold.makeRoom(static_cast<std::size_t>(count) * kMostCells);
+    const CellWindow window = m_columns.window();
+    task.bold.makeRoom(static_cast<std::size_t>(count) * kMaxCells);
     const std::size_t before = task.bold.size();
     Entry* to = task.bold.end();
     for (std::uint32_t i = 0; i < count; ++i)
     {
-        const TileRange cells = block[i].cells;
+        const CellRect cells = block[i].cells;
         const std::int32_t spans = (cells.j1 - cells.j0) | (cells.k1 - cells.k0);
         if (spans > 1 || !window.containsSquare(cells.j0, cells.k0))
         {
@@ -187,26 +188,26 @@ bool ColumnGrid::insertBold(const Located* block, std::uint32_t count, Task& tas
         // Without a branch: whether a box crosses into the next cell is hard to predict.
         const std::uint32_t crossesY = cells.j1 != cells.j0 ? 1 : 0;
         const std::uint32_t crossesZ = cells.k1 != cells.k0 ? 1 : 0;
-        const std::uint32_t row = window.row(cells.j0, cells.k0);
-        const std::uint32_t id = block[i].id;
-        *to++ = {row, flagged(id, true, true)};
-        *to = {row + 1, flagged(id, true, false)};
+        const std::uint32_t column = window.column(cells.j0, cells.k0);
+        const std::uint32_t proxyRow = block[i].proxyRow;
+        *to++ = {column, tagRow(proxyRow, true, true)};
+        *to = {column + 1, tagRow(proxyRow, true, false)};
         to += crossesZ;
-        *to = {row + window.countK, flagged(id, false, true)};
+        *to = {column + window.countK, tagRow(proxyRow, false, true)};
         to += crossesY;
-        *to = {row + window.countK + 1, id};
+        *to = {column + window.countK + 1, proxyRow};
         to += crossesY & crossesZ;
     }
     task.bold.setEnd(to);
     std::uint32_t* const counts = task.boldCount.data();
     for (const Entry* entry = task.bold.begin() + before; entry != to; ++entry)
-        ++counts[entry->row];
+        ++counts[entry->column];
     return true;
 }
 
 void ColumnGrid::fillBold(const GridInput& input, std::uint32_t begin, std::uint32_t end, Task& task)
 {
-    Located block[kLocateBlock];
+    LocatedBox block[kLocateBlock];
     for (std::uint32_t i = begin; i < end && !task.isFull; i += kLocateBlock)
     {
         const std::uint32_t last = std::min(end, i + kLocateBlock);
@@ -219,26 +220,27 @@ void ColumnGrid::fillRegular(const GridInput& input, std::uint32_t begin, std::u
 {
     for (std::uint32_t i = begin; i < end; ++i)
     {
-        const std::uint32_t id = input.ids != nullptr ? input.ids[i] : i;
-        if (kindOf(input.boxes[id], input.grow) != BoxKind::Bounded)
+        const std::uint32_t proxyRow = input.proxyRows != nullptr ? input.proxyRows[i] : i;
+        if (kindOf(input.boxes[proxyRow], input.grow) != BoxKind::Bounded)
             continue;
-        const Aabb box = grown(input.boxes[id], input.grow);
+        const Aabb box = grown(input.boxes[proxyRow], input.grow);
         const std::uint32_t own = m_plan.levelOfOctave[octaveIndex(tileOf(box))];
-        if (isManyCells(cellsOf(box, ruleOf(input.reach, own))))
+        if (areTooManyCells(cellsOf(box, cellBoundsOf(input.cellSkin, own))))
             continue;
         for (std::uint32_t level = own + 1; level < m_plan.levelCount; ++level)
         {
-            const TileRange cells = cellsOf(box, ruleOf(input.reach, level));
+            const CellRect cells = cellsOf(box, cellBoundsOf(input.cellSkin, level));
             task.regular.makeRoom(static_cast<std::size_t>(cellCountOf(cells)));
             for (std::int32_t j = cells.j0; j <= cells.j1; ++j)
             {
                 for (std::int32_t k = cells.k0; k <= cells.k1; ++k)
                 {
-                    const std::uint32_t row = m_rows.find(packCell(static_cast<std::int32_t>(level), j, k));
-                    if (row == ColumnHash::kNone)
+                    const std::uint32_t column =
+                        m_columns.find(packCell(static_cast<std::int32_t>(level), j, k));
+                    if (column == ColumnHash::kNone)
                         continue;
-                    ++task.regularCount[row];
-                    task.regular.push({row, flagged(id, j == cells.j0, k == cells.k0)});
+                    ++task.regularCount[column];
+                    task.regular.push({column, tagRow(proxyRow, j == cells.j0, k == cells.k0)});
                 }
             }
         }
@@ -247,16 +249,16 @@ void ColumnGrid::fillRegular(const GridInput& input, std::uint32_t begin, std::u
 
 bool ColumnGrid::tryFill(const GridInput& input)
 {
-    m_rows.reset(m_rowRoom, m_options.bucketCount, m_window);
-    const std::uint32_t rows = m_rows.capacity();
+    m_columns.reset(m_columnCapacity, m_options.bucketCount, m_window);
+    const std::uint32_t columns = m_columns.capacity();
     for (unsigned t = 0; t < m_taskCount; ++t)
     {
         Task& task = m_tasks[t];
         task.bold.clear();
         task.regular.clear();
         task.unbounded.clear();
-        task.boldCount.assign(rows, 0);
-        task.regularCount.assign(m_plan.levelCount > 1 ? rows : 0, 0);
+        task.boldCount.assign(columns, 0);
+        task.regularCount.assign(m_plan.levelCount > 1 ? columns : 0, 0);
         task.sizes = SizeHistogram();
         task.isFull = false;
     }
@@ -308,10 +310,10 @@ void ColumnGrid::sampleInput(const GridInput& input)
     const std::uint32_t stride = std::max(1u, input.count / kSample) | 1u;
     for (std::uint32_t i = 0; i < input.count; i += stride)
     {
-        const Aabb& box = input.boxes[input.ids != nullptr ? input.ids[i] : i];
+        const Aabb& box = input.boxes[input.proxyRows != nullptr ? input.proxyRows[i] : i];
         if (kindOf(box, input.grow) != BoxKind::Bounded)
             continue;
-        const TileRange cells = cellsOf(box, ruleOf(input.reach, 0));
+        const CellRect cells = cellsOf(box, cellBoundsOf(input.cellSkin, 0));
         js.push_back(cells.j0);
         ks.push_back(cells.k0);
         starts.push_back(box.min[m_plan.sweepAxis]);
@@ -335,7 +337,7 @@ void ColumnGrid::fill(const GridInput& input)
     {
         sampleInput(input);
         while (!tryFill(input))
-            m_rowRoom *= 2;
+            m_columnCapacity *= 2;
         SizeHistogram sizes;
         for (unsigned t = 0; t < m_taskCount; ++t)
             sizes.add(m_tasks[t].sizes);
@@ -344,8 +346,8 @@ void ColumnGrid::fill(const GridInput& input)
         makePlan(input, sizes);
     }
     // Room for twice the columns in use, so that the next frames need no second attempt.
-    const std::uint32_t used = m_rows.count() - m_rows.window().count();
-    if (m_rowRoom > 8 * used + 1024)
-        m_rowRoom /= 2;
+    const std::uint32_t used = m_columns.count() - m_columns.window().count();
+    if (m_columnCapacity > 8 * used + 1024)
+        m_columnCapacity /= 2;
 }
 }  // namespace cullet

@@ -22,7 +22,7 @@ void ColumnGrid::preparePlan(const GridInput& input)
     sizes.weight = stride;
     for (std::uint32_t i = 0; i < input.count; i += stride)
     {
-        const Aabb& box = input.boxes[input.ids != nullptr ? input.ids[i] : i];
+        const Aabb& box = input.boxes[input.proxyRows != nullptr ? input.proxyRows[i] : i];
         if (kindOf(box, input.grow) != BoxKind::Bounded)
             continue;
         const float y = box.max[1] - box.min[1];
@@ -39,10 +39,10 @@ void ColumnGrid::preparePlan(const GridInput& input)
 void ColumnGrid::makePlan(const GridInput& input, const SizeHistogram& sizes)
 {
     float span[3];
-    measureSpans(input.boxes, input.ids, input.count, span);
+    measureSpans(input.boxes, input.proxyRows, input.count, span);
     const int axis = chooseSweepAxis(span, m_hasPlan ? m_plan.sweepAxis : 0);
     m_plan = makeGridPlan(sizes, span, axis, m_density, {m_options.cellScale, m_options.levels});
-    m_planned = sizes;
+    m_plannedSizes = sizes;
     m_hasPlan = true;
 }
 
@@ -53,7 +53,7 @@ bool ColumnGrid::isPlanStale(const SizeHistogram& sizes) const
     for (std::size_t o = 0; o < sizes.bins.size(); ++o)
     {
         const std::uint32_t now = sizes.bins[o].count;
-        const std::uint32_t then = m_planned.bins[o].count;
+        const std::uint32_t then = m_plannedSizes.bins[o].count;
         moved += now > then ? now - then : then - now;
         // A size that was absent when the plan was made may be far larger than its columns.
         if (now != 0 && then == 0 && static_cast<std::int32_t>(o) > 0 && now > total / 64)
@@ -72,7 +72,7 @@ void ColumnGrid::learnDensity()
     if (ratio > 0.4 && ratio < 2.5)
         return;
     m_density = std::min(std::max(m_density * ratio, 1e-3), 1e6);
-    m_planned = SizeHistogram();
+    m_plannedSizes = SizeHistogram();
     // A minimum of followed scans avoids a refill in every update, should the prediction stay wrong.
     if (m_followedScans >= kShortestFollow)
         m_isFollowable = false;

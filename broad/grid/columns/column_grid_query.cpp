@@ -29,14 +29,14 @@ std::uint32_t lowerBound(const float* values, std::uint32_t count, float from)
 }
 }  // namespace
 
-void ColumnGrid::queryRow(const ColumnSoa& query, std::uint32_t row, PairBuffer& out) const
+void ColumnGrid::queryColumn(const ColumnSoa& query, std::uint32_t column, PairBuffer& out) const
 {
-    const std::uint32_t count = m_bold[row].count;
-    const std::uint32_t offset = m_bold[row].begin;
-    const ColumnSoa kept = m_kept.row(offset, m_boldIds.data() + offset, count);
-    // No kept interval is longer than m_longest, so none that begins before `from` reaches the query. The
+    const std::uint32_t count = m_bold[column].count;
+    const std::uint32_t offset = m_bold[column].begin;
+    const ColumnSoa kept = m_kept.column(offset, m_boldRows.data() + offset, count);
+    // No kept interval is longer than m_longestExtents, so none that begins before `from` reaches the query. The
     // difference is rounded down.
-    float from = query.x0[0] - m_longest[row];
+    float from = query.x0[0] - m_longestExtents[column];
     from -= std::abs(from) * 1e-6f;
     const std::uint32_t begin = lowerBound(kept.x0, count, from);
     ++out.visits;
@@ -47,22 +47,22 @@ void ColumnGrid::queryRow(const ColumnSoa& query, std::uint32_t row, PairBuffer&
 void ColumnGrid::queryLevel(const ColumnSoa& query, const Aabb& box, std::uint32_t level,
                             PairBuffer& out) const
 {
-    const TileRange cells = cellsOf(box, ruleOf(0.0f, level));
-    const std::uint32_t id = query.id[0] & kIdMask;
-    const auto visit = [&](std::uint32_t row, std::int32_t j, std::int32_t k)
+    const CellRect cells = cellsOf(box, cellBoundsOf(0.0f, level));
+    const std::uint32_t proxyRow = query.proxyRow[0] & kRowMask;
+    const auto visit = [&](std::uint32_t column, std::int32_t j, std::int32_t k)
     {
-        query.id[0] = flagged(id, j == cells.j0, k == cells.k0);
-        queryRow(query, row, out);
+        query.proxyRow[0] = tagRow(proxyRow, j == cells.j0, k == cells.k0);
+        queryColumn(query, column, out);
     };
-    if (cellCountOf(cells) > m_rows.count())
+    if (cellCountOf(cells) > m_columns.count())
     {
-        for (std::uint32_t row = 0; row < m_rows.capacity(); ++row)
+        for (std::uint32_t column = 0; column < m_columns.capacity(); ++column)
         {
-            const std::uint64_t cell = m_rows.cell(row);
+            const std::uint64_t cell = m_columns.cell(column);
             const std::int32_t j = cellCoordinateJ(cell);
             const std::int32_t k = cellCoordinateK(cell);
             if (levelOfCell(cell) == static_cast<std::int32_t>(level) && cells.contains(j, k))
-                visit(row, j, k);
+                visit(column, j, k);
         }
         return;
     }
@@ -70,26 +70,26 @@ void ColumnGrid::queryLevel(const ColumnSoa& query, const Aabb& box, std::uint32
     {
         for (std::int32_t k = cells.k0; k <= cells.k1; ++k)
         {
-            const std::uint32_t row = m_rows.find(packCell(static_cast<std::int32_t>(level), j, k));
-            if (row != ColumnHash::kNone)
-                visit(row, j, k);
+            const std::uint32_t column = m_columns.find(packCell(static_cast<std::int32_t>(level), j, k));
+            if (column != ColumnHash::kNone)
+                visit(column, j, k);
         }
     }
 }
 
-void ColumnGrid::queryBox(const Aabb& box, FlaggedId id, PairBuffer& out) const
+void ColumnGrid::queryBox(const Aabb& box, TaggedRow proxyRow, PairBuffer& out) const
 {
     // The end is finite, since the sentinel at the end of a column would count as inside otherwise.
     float x0 = box.min[m_plan.sweepAxis];
     float x1 = std::min(box.max[m_plan.sweepAxis], std::numeric_limits<float>::max());
     float y0 = box.min[m_plan.tileAxisY], y1 = box.max[m_plan.tileAxisY];
     float z0 = box.min[m_plan.tileAxisZ], z1 = box.max[m_plan.tileAxisZ];
-    const ColumnSoa soa = {&x0, &x1, &y0, &y1, &z0, &z1, &id, 1};
+    const ColumnSoa soa = {&x0, &x1, &y0, &y1, &z0, &z1, &proxyRow, 1};
     for (std::uint32_t level = 0; level < m_plan.levelCount; ++level)
         queryLevel(soa, box, level, out);
 }
 
-ColumnGrid::Work ColumnGrid::takeWork()
+ColumnGrid::Work ColumnGrid::collectWork()
 {
     Work work;
     work.tests = std::exchange(m_testCount, 0);
@@ -110,19 +110,19 @@ void ColumnGrid::query(const Aabb* boxes, std::uint32_t count, unsigned worker, 
         if (isValid(boxes[i]))
             queryBox(boxes[i], i, out);
     }
-    out.handOn();
+    out.deliver();
 }
 
-std::vector<std::uint32_t> ColumnGrid::orderAlongRows(const Aabb* boxes,
-                                                      const std::vector<std::uint32_t>& ids) const
+std::vector<std::uint32_t> ColumnGrid::orderAlongColumns(const Aabb* boxes,
+                                                         const std::vector<std::uint32_t>& proxyRows) const
 {
     std::vector<std::tuple<std::uint64_t, float, std::uint32_t>> places;
-    places.reserve(ids.size());
-    for (std::uint32_t i = 0; i < ids.size(); ++i)
+    places.reserve(proxyRows.size());
+    for (std::uint32_t i = 0; i < proxyRows.size(); ++i)
     {
-        const Aabb& box = boxes[ids[i]];
+        const Aabb& box = boxes[proxyRows[i]];
         const bool isBounded = kindOf(box, 0) == BoxKind::Bounded;
-        const TileRange cells = isBounded ? cellsOf(box, ruleOf(0.0f, 0)) : TileRange{};
+        const CellRect cells = isBounded ? cellsOf(box, cellBoundsOf(0.0f, 0)) : CellRect{};
         places.emplace_back(packCell(0, cells.j0, cells.k0), isBounded ? box.min[m_plan.sweepAxis] : 0.0f, i);
     }
     std::sort(places.begin(), places.end());
@@ -135,10 +135,10 @@ std::vector<std::uint32_t> ColumnGrid::orderAlongRows(const Aabb* boxes,
 void ColumnGrid::forEachCell(const CellVisitor& visit) const
 {
     constexpr float kInfinity = std::numeric_limits<float>::infinity();
-    for (std::uint32_t row = 0; row < m_rows.capacity(); ++row)
+    for (std::uint32_t column = 0; column < m_columns.capacity(); ++column)
     {
-        const std::uint64_t cell = m_rows.cell(row);
-        if (cell == 0 || m_bold[row].count == 0)
+        const std::uint64_t cell = m_columns.cell(column);
+        if (cell == 0 || m_bold[column].count == 0)
             continue;
         const std::int32_t level = levelOfCell(cell);
         const float j = static_cast<float>(cellCoordinateJ(cell)),

@@ -31,7 +31,7 @@ Float4 floatOfRank(Int4 rank)
 }
 
 /// The lowest finite face that lies in the given cell or a higher one, lane by lane; by bisection.
-Float4 facesFrom(Int4 cells, const CellBounds& rule)
+Float4 facesFrom(Int4 cells, const CellBounds& cellBounds)
 {
     constexpr std::int32_t kLargest =
         0x7f7fffff;  // rank of the largest float; the lowest one has -kLargest - 1
@@ -42,7 +42,7 @@ Float4 facesFrom(Int4 cells, const CellBounds& rule)
     {
         // The mean, without overflow.
         const Int4 middle = (below & rank) + ((below ^ rank) >> 1);
-        const Int4 isThere = cellsOfFaces(floatOfRank(middle), rule) >= cells;
+        const Int4 isThere = cellsOfFaces(floatOfRank(middle), cellBounds) >= cells;
         rank = isThere ? middle : rank;
         below = isThere ? below : middle;
     }
@@ -54,13 +54,14 @@ Float4 facesFrom(Int4 cells, const CellBounds& rule)
 void ColumnGrid::compareRange(const MotionSource& source, const std::uint32_t* rows, std::size_t count,
                               GridMotion& motion) const
 {
-    std::array<std::uint32_t, kCompareBlock> strays;
-    MotionSums sums = {motion.octaves.data(), strays.data()};
+    std::array<std::uint32_t, kCompareBlock> migrated;
+    MotionSums sums = {motion.octaves.data(), migrated.data()};
     for (std::size_t begin = 0; begin < count; begin += kCompareBlock)
     {
         const std::size_t size = std::min(kCompareBlock, count - begin);
         m_kernels.compareBoxes(source, rows + begin, static_cast<std::uint32_t>(size), sums);
-        motion.strays.insert(motion.strays.end(), strays.begin(), strays.begin() + sums.strayCount);
+        motion.migrated.insert(motion.migrated.end(), migrated.begin(),
+                               migrated.begin() + sums.migratedCount);
     }
     motion.largest = sums.largest;
 }
@@ -70,20 +71,20 @@ void ColumnGrid::compare(const Aabb* boxes, const Aabb* before, const std::uint3
 {
     const unsigned tasks = m_workers.tasksFor(dirtyCount, kCompareGrain);
     m_motions.resize(std::max<std::size_t>(m_motions.size(), tasks));
-    const CellBounds rule = ruleOf(m_reach, 0);
-    const MotionSource source = {boxes, before, m_plan.sweepAxis, rule.grow, rule.inverseWidth,
+    const CellBounds cellBounds = cellBoundsOf(m_cellSkin, 0);
+    const MotionSource source = {boxes, before, m_plan.sweepAxis, cellBounds.grow, cellBounds.inverseWidth,
                                  limit, motions};
     m_workers.run(tasks,
                   [&](unsigned task)
                   {
                       GridMotion& own = m_motions[task];
                       own.octaves = {};
-                      own.strays.clear();
+                      own.migrated.clear();
                       const TaskRange range(dirtyCount, task, tasks);
                       compareRange(source, dirty + range.begin, range.end - range.begin, own);
                   });
     motion.octaves = {};
-    motion.strays.clear();
+    motion.migrated.clear();
     motion.largest = 0;
     for (unsigned task = 0; task < tasks; ++task)
     {
@@ -91,89 +92,90 @@ void ColumnGrid::compare(const Aabb* boxes, const Aabb* before, const std::uint3
         for (std::size_t octave = 0; octave < own.octaves.size(); ++octave)
             motion.octaves[octave] += own.octaves[octave];
         motion.largest = std::max(motion.largest, own.largest);
-        motion.strays.insert(motion.strays.end(), own.strays.begin(), own.strays.end());
+        motion.migrated.insert(motion.migrated.end(), own.migrated.begin(), own.migrated.end());
     }
 }
 
 /// Computes the edges of a cell once, in the task that scans its column.
-const CellEdges& ColumnGrid::edgesOf(std::uint32_t row)
+const CellEdges& ColumnGrid::edgesOf(std::uint32_t column)
 {
-    CellEdges& edges = m_edges[row];
-    if (m_hasEdges[row] == 0)
+    CellEdges& edges = m_edges[column];
+    if (m_hasEdges[column] == 0)
     {
-        const std::uint64_t cell = m_rows.cell(row);
+        const std::uint64_t cell = m_columns.cell(column);
         const std::int32_t j = cellCoordinateJ(cell);
         const std::int32_t k = cellCoordinateK(cell);
-        const CellBounds rule = ruleOf(m_reach, 0);
-        const Float4 low = facesFrom(Int4{j, j, k, k}, rule);
-        const Float4 high = facesFrom(Int4{j + 1, j + 1, k + 1, k + 1}, rule);
+        const CellBounds cellBounds = cellBoundsOf(m_cellSkin, 0);
+        const Float4 low = facesFrom(Int4{j, j, k, k}, cellBounds);
+        const Float4 high = facesFrom(Int4{j + 1, j + 1, k + 1, k + 1}, cellBounds);
         std::memcpy(edges.low, &low, sizeof low);
         std::memcpy(edges.high, &high, sizeof high);
-        m_hasEdges[row] = 1;
+        m_hasEdges[column] = 1;
     }
     return edges;
 }
 
-bool ColumnGrid::addToRow(std::uint64_t cell, std::uint32_t id)
+bool ColumnGrid::addToColumn(std::uint64_t cell, std::uint32_t proxyRow)
 {
-    const std::uint32_t row = m_rows.findOrInsert(cell);
-    if (row == ColumnHash::kNone)
+    const std::uint32_t column = m_columns.findOrInsert(cell);
+    if (column == ColumnHash::kNone)
         return false;
-    RowList& list = m_bold[row];
+    ColumnList& list = m_bold[column];
     if (list.count == list.room)
     {
         const std::uint32_t room = (list.count + list.count / 4 + 8) & ~3u;
-        if (m_idsUsed + room + kRowPadding > m_boldIds.size())
+        if (m_boldRowsUsed + room + kColumnPadding > m_boldRows.size())
             return false;
-        std::copy_n(m_boldIds.begin() + list.begin, list.count, m_boldIds.begin() + m_idsUsed);
-        list = {m_idsUsed, list.count, room, list.sortedCount};
-        m_idsUsed += room;
+        std::copy_n(m_boldRows.begin() + list.begin, list.count, m_boldRows.begin() + m_boldRowsUsed);
+        list = {m_boldRowsUsed, list.count, room, list.sortedCount};
+        m_boldRowsUsed += room;
     }
     // The flags are computed when the column is scanned.
-    m_boldIds[list.begin + list.count++] = id;
+    m_boldRows[list.begin + list.count++] = proxyRow;
     return true;
 }
 
 /// Inserts a migrated box into its new cells; returns false when the grid has to be refilled for it.
-bool ColumnGrid::followStray(const GridInput& input, const Aabb& before, std::uint32_t id)
+bool ColumnGrid::insertMigrated(const GridInput& input, const Aabb& before, std::uint32_t proxyRow)
 {
-    const Aabb& box = input.boxes[id];
-    const CellBounds rule = ruleOf(input.reach, 0);
+    const Aabb& box = input.boxes[proxyRow];
+    const CellBounds cellBounds = cellBoundsOf(input.cellSkin, 0);
     const BoxKind kind = kindOf(box, input.grow);
-    const TileRange cells = kind == BoxKind::Bounded ? cellsOf(box, rule) : TileRange{0, -1, 0, -1};
-    const bool wasUnbounded = std::binary_search(m_unbounded.begin(), m_unbounded.end(), id);
-    const bool isUnbounded = kind == BoxKind::Unbounded || isManyCells(cells);
+    const CellRect cells = kind == BoxKind::Bounded ? cellsOf(box, cellBounds) : CellRect{0, -1, 0, -1};
+    const bool wasUnbounded = std::binary_search(m_unbounded.begin(), m_unbounded.end(), proxyRow);
+    const bool isUnbounded = kind == BoxKind::Unbounded || areTooManyCells(cells);
     if (wasUnbounded || isUnbounded)
         return wasUnbounded && isUnbounded;
     const bool wasThere = kindOf(before, input.grow) == BoxKind::Bounded;
-    const TileRange old = wasThere ? cellsOf(before, rule) : TileRange{0, -1, 0, -1};
+    const CellRect old = wasThere ? cellsOf(before, cellBounds) : CellRect{0, -1, 0, -1};
     for (std::int32_t j = cells.j0; j <= cells.j1; ++j)
     {
         for (std::int32_t k = cells.k0; k <= cells.k1; ++k)
         {
-            if (!old.contains(j, k) && !addToRow(packCell(0, j, k), id))
+            if (!old.contains(j, k) && !addToColumn(packCell(0, j, k), proxyRow))
                 return false;
         }
     }
     return true;
 }
 
-bool ColumnGrid::follow(const GridInput& input, const Aabb* before, const std::vector<std::uint32_t>& strays)
+bool ColumnGrid::follow(const GridInput& input, const Aabb* before,
+                        const std::vector<std::uint32_t>& migrated)
 {
-    if (!canFollow(input.reach) || ++m_followedScans > kLongestFollow)
+    if (!canFollow(input.cellSkin) || ++m_followedScans > kLongestFollow)
         return false;
     if (m_followedScans == 1)
     {
-        m_edges.resize(m_rows.capacity());
-        m_hasEdges.assign(m_rows.capacity(), 0);
+        m_edges.resize(m_columns.capacity());
+        m_hasEdges.assign(m_columns.capacity(), 0);
     }
     m_isFollowable = false;
-    for (std::size_t i = 0; i < strays.size(); ++i)
+    for (std::size_t i = 0; i < migrated.size(); ++i)
     {
-        const std::uint32_t ahead = strays[std::min(i + kPrefetch, strays.size() - 1)];
+        const std::uint32_t ahead = migrated[std::min(i + kPrefetch, migrated.size() - 1)];
         prefetchBox(input.boxes + ahead);
         prefetchBox(before + ahead);
-        if (!followStray(input, before[strays[i]], strays[i]))
+        if (!insertMigrated(input, before[migrated[i]], migrated[i]))
             return false;
     }
     m_isFollowable = true;
@@ -182,9 +184,9 @@ bool ColumnGrid::follow(const GridInput& input, const Aabb* before, const std::v
 
 void ColumnGrid::scanFollowed(const GridInput& input, PairSink& sink)
 {
-    scanRows({input, sink, RowUse::Follow, true});
+    scanColumns({input, sink, ColumnUse::Follow, true});
     m_entryCount = 0;
-    for (const RowList& list : m_bold)
+    for (const ColumnList& list : m_bold)
         m_entryCount += list.count;
     if (m_options.cellScale <= 0)
         learnDensity();
@@ -192,6 +194,6 @@ void ColumnGrid::scanFollowed(const GridInput& input, PairSink& sink)
 
 void ColumnGrid::scanAgain(const GridInput& input, PairSink& sink)
 {
-    scanRows({input, sink, RowUse::Follow, false});
+    scanColumns({input, sink, ColumnUse::Follow, false});
 }
 }  // namespace cullet

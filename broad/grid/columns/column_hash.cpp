@@ -49,7 +49,7 @@ std::uint32_t ColumnHash::findOrInsertFrom(std::uint32_t slot, std::uint64_t cel
 std::uint32_t ColumnHash::find(std::uint64_t cell) const
 {
     if (isInWindow(cell))
-        return rowInWindow(cell);
+        return columnInWindow(cell);
     for (std::uint32_t slot = homeOf(cell);; slot = (slot + 1) & m_mask)
     {
         const std::uint64_t seen = m_cells[slot].load(std::memory_order_relaxed);

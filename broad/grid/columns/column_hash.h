@@ -54,14 +54,14 @@ struct CellWindow
         return static_cast<std::uint32_t>(j - j0) < std::max(countJ, 1u) - 1 &&
                static_cast<std::uint32_t>(k - k0) < std::max(countK, 1u) - 1;
     }
-    std::uint32_t row(std::int32_t j, std::int32_t k) const
+    std::uint32_t column(std::int32_t j, std::int32_t k) const
     {
         return static_cast<std::uint32_t>(j - j0) * countK + static_cast<std::uint32_t>(k - k0);
     }
-    std::uint64_t cell(std::uint32_t row) const
+    std::uint64_t cell(std::uint32_t column) const
     {
-        return packCell(0, j0 + static_cast<std::int32_t>(row / countK),
-                        k0 + static_cast<std::int32_t>(row % countK));
+        return packCell(0, j0 + static_cast<std::int32_t>(column / countK),
+                        k0 + static_cast<std::int32_t>(column % countK));
     }
 };
 
@@ -92,7 +92,7 @@ public:
     std::uint32_t findOrInsert(std::uint64_t cell)
     {
         if (isInWindow(cell))
-            return rowInWindow(cell);
+            return columnInWindow(cell);
         const std::uint32_t home = homeOf(cell);
         const bool isThere = m_cells[home].load(std::memory_order_relaxed) == cell;
         return isThere ? m_windowCount + home : findOrInsertFrom(home, cell);
@@ -107,10 +107,10 @@ public:
     std::uint32_t count() const { return m_windowCount + m_count.load(std::memory_order_relaxed); }
 
     /// The cell of a column, 0 for a gap.
-    std::uint64_t cell(std::uint32_t row) const
+    std::uint64_t cell(std::uint32_t column) const
     {
-        return row < m_windowCount ? m_window.cell(row)
-                                   : m_cells[row - m_windowCount].load(std::memory_order_relaxed);
+        return column < m_windowCount ? m_window.cell(column)
+                                      : m_cells[column - m_windowCount].load(std::memory_order_relaxed);
     }
     std::uint64_t bytes() const { return static_cast<std::uint64_t>(m_room) * sizeof(std::uint64_t); }
 
@@ -119,9 +119,9 @@ private:
     {
         return levelOfCell(cell) == 0 && m_window.contains(cellCoordinateJ(cell), cellCoordinateK(cell));
     }
-    std::uint32_t rowInWindow(std::uint64_t cell) const
+    std::uint32_t columnInWindow(std::uint64_t cell) const
     {
-        return m_window.row(cellCoordinateJ(cell), cellCoordinateK(cell));
+        return m_window.column(cellCoordinateJ(cell), cellCoordinateK(cell));
     }
 
     std::uint32_t homeOf(std::uint64_t cell) const

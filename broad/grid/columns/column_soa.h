@@ -11,26 +11,26 @@
 namespace cullet
 {
 /// Entries that may be read behind the last column of a pool: a full vector of the widest kernel.
-inline constexpr std::uint32_t kRowPadding = 16;
+inline constexpr std::uint32_t kColumnPadding = 16;
 
 /// Index in the ProxyTable with two flags in the highest bits: the box begins in this cell along the first / second
 /// tiled axis. A ProxyTable has fewer than 2^30 rows.
-using FlaggedId = std::uint32_t;
-inline constexpr std::uint32_t kIdBits = 30;
-inline constexpr std::uint32_t kIdMask = (1u << kIdBits) - 1;
-inline constexpr FlaggedId kStartsHereY = 1u << kIdBits;
-inline constexpr FlaggedId kStartsHereZ = 1u << (kIdBits + 1);
-inline constexpr FlaggedId kOwnsPair = kStartsHereY | kStartsHereZ;
+using TaggedRow = std::uint32_t;
+inline constexpr std::uint32_t kRowBits = 30;
+inline constexpr std::uint32_t kRowMask = (1u << kRowBits) - 1;
+inline constexpr TaggedRow kStartsHereY = 1u << kRowBits;
+inline constexpr TaggedRow kStartsHereZ = 1u << (kRowBits + 1);
+inline constexpr TaggedRow kOwnsPair = kStartsHereY | kStartsHereZ;
 
-inline FlaggedId flagged(std::uint32_t id, bool startsY, bool startsZ)
+inline TaggedRow tagRow(std::uint32_t proxyRow, bool startsY, bool startsZ)
 {
-    return id | (startsY ? kStartsHereY : 0u) | (startsZ ? kStartsHereZ : 0u);
+    return proxyRow | (startsY ? kStartsHereY : 0u) | (startsZ ? kStartsHereZ : 0u);
 }
 
 /// The boxes of one column (a cell of the two tiled axes), sorted by `x0`, as structure of arrays.
 ///
 /// x is the sweep axis, y and z the tiled ones, whatever world axes these are. One sentinel with x0 = +infinity
-/// follows the entries, so that scans need no end test. At least kRowPadding entries behind it are readable; they
+/// follows the entries, so that scans need no end test. At least kColumnPadding entries behind it are readable; they
 /// may belong to another column.
 struct ColumnSoa
 {
@@ -40,13 +40,13 @@ struct ColumnSoa
     float* y1;
     float* z0;
     float* z1;
-    FlaggedId* id;
+    TaggedRow* proxyRow;
     std::uint32_t count;
-    float* bounds = nullptr;  ///< see PairBuffer::near; null: none
+    float* bounds = nullptr;  ///< see PairBuffer::maxGap; null: none
 };
 
-/// Value of PairBuffer::deep that excludes no pair: no comparison with NaN holds.
-inline constexpr float kReportAll = std::numeric_limits<float>::quiet_NaN();
+/// Value of PairBuffer::minGap that excludes no pair: no comparison with NaN holds.
+inline constexpr float kNoMinGap = std::numeric_limits<float>::quiet_NaN();
 
 /// The pairs that a kernel finds: a buffer of fixed size, which is flushed before it can overflow.
 ///
@@ -55,22 +55,22 @@ inline constexpr float kReportAll = std::numeric_limits<float>::quiet_NaN();
 struct alignas(64) PairBuffer
 {
     static constexpr std::uint32_t kCapacity = 1024;
-    FlaggedId first[kCapacity];
-    FlaggedId second[kCapacity];
+    TaggedRow first[kCapacity];
+    TaggedRow second[kCapacity];
     float gap[kCapacity];
     std::uint32_t count = 0;
-    // A column without bounds reports the pairs whose gap is above `deep` and not above `near`. A column with
-    // bounds reports those whose absolute gap is at most the sum of both bounds; no bound is above near / 2.
-    float near = 0;
-    float deep = kReportAll;
+    // A column without bounds reports the pairs whose gap is above `minGap` and not above `maxGap`. A column with
+    // bounds reports those whose absolute gap is at most the sum of both bounds; no bound is above maxGap / 2.
+    float maxGap = 0;
+    float minGap = kNoMinGap;
     std::uint64_t tests = 0;   ///< box tests made, whole vectors
     std::uint64_t visits = 0;  ///< columns that were searched for single boxes
     void (*flush)(void* context, const PairBuffer& found) = nullptr;
     void* context = nullptr;
 
-    RowPair pair(std::uint32_t index) const { return {first[index] & kIdMask, second[index] & kIdMask}; }
+    RowPair pair(std::uint32_t index) const { return {first[index] & kRowMask, second[index] & kRowMask}; }
 
-    void handOn()
+    void deliver()
     {
         if (count != 0)
             flush(context, *this);
@@ -80,32 +80,32 @@ struct alignas(64) PairBuffer
     /// Makes room for one vector of hits.
     void ensureRoom()
     {
-        if (count + kRowPadding > kCapacity)
-            handOn();
+        if (count + kColumnPadding > kCapacity)
+            deliver();
     }
 };
 
 /// One box of a column while the column is gathered and sorted; tiled axes first.
-struct RowRecord
+struct ColumnEntry
 {
     float tile[4];  ///< min, max of the first tiled axis, then of the second
     float x0, x1;
-    FlaggedId id;
-    std::uint32_t place;  ///< bucket of the sort
+    TaggedRow proxyRow;
+    std::uint32_t slot;  ///< bucket of the sort
 };
 
-/// Sort key: where a box begins, and the index of its RowRecord.
-struct RowKey
+/// Sort key: where a box begins, and the index of its ColumnEntry.
+struct SortKey
 {
     float x0;
     std::uint32_t index;
 };
 
-/// Scratch memory of buildRow().
-struct RowScratch
+/// Scratch memory of buildColumn().
+struct ColumnScratch
 {
-    RowRecord* records;  ///< [2 * count + 4]
-    RowKey* keys;        ///< [2 * count + 4]
+    ColumnEntry* entries;  ///< [2 * count + 4]
+    SortKey* keys;         ///< [2 * count + 4]
 };
 
 /// The cell of a column as bounds of the tiled faces {min, max, min, max} of boxes.
@@ -116,22 +116,23 @@ struct CellEdges
     float high[4];  ///< a box touches the cell when its minima are below this
 };
 
-/// Input of buildRow().
-struct RowSource
+/// Input of buildColumn().
+struct ColumnSource
 {
-    const FlaggedId* ids;  ///< [count] the first sortedCount nearly sorted by x0, the others in any order
+    const TaggedRow*
+        proxyRows;  ///< [count] the first sortedCount nearly sorted by x0, the others in any order
     std::uint32_t count;
     std::uint32_t sortedCount;
     const Aabb* boxes;
     int sweepAxis;
     float sweepLow, sweepHigh;  ///< most boxes begin between them; a wrong guess costs time only
     float grow;                 ///< enlarges the boxes on every side
-    /// Null: the flags in `ids` are valid. Else they are computed for this cell, and boxes outside it dropped.
+    /// Null: the flags in `proxyRows` are valid. Else they are computed for this cell, and boxes outside it dropped.
     const CellEdges* edges;
 };
 
 /// The cells that a box touches, first and last along both tiled axes.
-struct TileRange
+struct CellRect
 {
     std::int32_t j0, j1, k0, k1;
 
@@ -139,32 +140,35 @@ struct TileRange
 };
 
 /// A box to be inserted, with the cells that it touches.
-struct Located
+struct LocatedBox
 {
-    TileRange cells;
-    std::uint32_t id;
+    CellRect cells;
+    std::uint32_t proxyRow;
     std::int32_t level;
 };
 
 /// Input of locateBoxes().
 struct LocateSource
 {
-    const Aabb* boxes;         ///< [rows of the ProxyTable]
-    const std::uint32_t* ids;  ///< rows, or null: 0, 1, ...
+    const Aabb* boxes;               ///< [rows of the ProxyTable]
+    const std::uint32_t* proxyRows;  ///< rows, or null: 0, 1, ...
     int sweepAxis;
-    float grow;                 ///< enlarges the boxes on every side
-    float reach, inverseWidth;  ///< CellBounds of the cells
+    float grow;                    ///< enlarges the boxes on every side
+    float cellSkin, inverseWidth;  ///< CellBounds of the cells
     // Outliers are boxes that are empty, longer than largestExtent, or touch more than manyCells cells along an axis.
     float largestExtent;
     std::int32_t manyCells;
 
-    std::uint32_t id(std::uint32_t index) const { return ids != nullptr ? ids[index] : index; }
+    std::uint32_t proxyRow(std::uint32_t index) const
+    {
+        return proxyRows != nullptr ? proxyRows[index] : index;
+    }
 };
 
 struct LocatedCounts
 {
     std::uint32_t plain;
-    std::uint32_t odd;
+    std::uint32_t outliers;
 };
 
 /// Input of compareBoxes().
@@ -173,9 +177,9 @@ struct MotionSource
     const Aabb* boxes;   ///< [rows of the ProxyTable]
     const Aabb* before;  ///< [rows of the ProxyTable] boxes of the last scan
     int sweepAxis;
-    float reach, inverseWidth;  ///< CellBounds of the cells
-    float limit;                ///< a box that moved farther counts as migrated
-    float* motions;             ///< [out, rows] largest motion of a face of each box; or null
+    float cellSkin, inverseWidth;  ///< CellBounds of the cells
+    float limit;                   ///< a box that moved farther counts as migrated
+    float* motions;                ///< [out, rows] largest motion of a face of each box; or null
 };
 
 /// Motions of some boxes.
@@ -183,29 +187,29 @@ struct MotionSums
 {
     std::uint32_t* octaves;  ///< [256] boxes by the exponent of their motion; each call adds to it
     std::uint32_t*
-        strays;  ///< [as many as boxes] touch other cells than before, or moved farther than the limit
-    std::uint32_t strayCount = 0;  ///< of the last call
-    float largest = 0;             ///< motion within the limit, of all calls
+        migrated;  ///< [as many as boxes] touch other cells than before, or moved farther than the limit
+    std::uint32_t migratedCount = 0;  ///< of the last call
+    float largest = 0;                ///< motion within the limit, of all calls
 };
 
-/// Input of findOutside().
-struct ShellSource
+/// Input of findBoxesOutsideSkin().
+struct SkinSource
 {
     const Aabb* boxes;      ///< [rows of the ProxyTable]
     const Aabb* reference;  ///< [rows of the ProxyTable] centre of each skin
-    float slack;            ///< thickness of the skins
+    float skin;             ///< thickness of the skins
 };
 
-/// Input of findStirred().
-struct WatchSource
+/// Input of findChangedPairs().
+struct PairStateSource
 {
     const Aabb* boxes;           ///< [rows of the ProxyTable]
     const RowPair* pairs;        ///< [count]
     const std::uint8_t* states;  ///< [count] state of each pair
     std::uint32_t count;
-    /// [state] a pair in this state changes when its gap is above the limit; in state `open`, when it is not.
+    /// [state] a pair in this state changes when its gap is above the limit; in state `candidate`, when it is not.
     float limits[4];
-    std::uint8_t open;  ///< state whose pairs change when their boxes overlap
+    std::uint8_t candidate;  ///< state whose pairs change when their boxes overlap
 };
 
 /// The inner loops, one set per instruction set; every set finds the same pairs.
@@ -217,55 +221,55 @@ struct ColumnKernels
     const char* name;
 
     /// Finds the pairs inside one column. Forward sweep: tests each entry against those behind it that begin at most
-    /// `near` beyond its end.
-    void (*scanSelf)(const ColumnSoa& row, PairBuffer& out);
+    /// `maxGap` beyond its end.
+    void (*scanSelf)(const ColumnSoa& column, PairBuffer& out);
 
     /// Finds the pairs between two columns of the same cell.
     void (*scanCross)(const ColumnSoa& a, const ColumnSoa& b, PairBuffer& out);
 
-    /// Finds the entries of `row` from `begin` on that pair with entry `index` of `query`; ends at the first entry
+    /// Finds the entries of `column` from `begin` on that pair with entry `index` of `query`; ends at the first entry
     /// that begins beyond it.
-    void (*scanOne)(const ColumnSoa& query, std::uint32_t index, const ColumnSoa& row, std::uint32_t begin,
+    void (*scanOne)(const ColumnSoa& query, std::uint32_t index, const ColumnSoa& column, std::uint32_t begin,
                     PairBuffer& out);
 
     /// Loads the boxes of a column, sorts them by x0 and lays them out for the scans. The sort is fast when they are
     /// nearly in order.
     ///
-    /// @param row [in, out] memory for count + 4 boxes and for whole vectors of four `ids`; receives the boxes
-    void (*buildRow)(const RowSource& source, const RowScratch& scratch, ColumnSoa& row);
+    /// @param column [in, out] memory for count + 4 boxes and for whole vectors of four `proxyRows`; receives the boxes
+    void (*buildColumn)(const ColumnSource& source, const ColumnScratch& scratch, ColumnSoa& column);
 
     /// Finds the cells of the boxes [begin, end) of the source in a grid of one level.
     ///
     /// @param block [out, end - begin] boxes that are no outliers
-    /// @param odd   [out, end - begin] indices of the others
+    /// @param outliers   [out, end - begin] indices of the others
     LocatedCounts (*locateBoxes)(const LocateSource& source, std::uint32_t begin, std::uint32_t end,
-                                 Located* block, std::uint32_t* odd);
+                                 LocatedBox* block, std::uint32_t* outliers);
 
     /// Measures how the boxes of some rows of the ProxyTable moved, and lists those that migrated.
     void (*compareBoxes)(const MotionSource& source, const std::uint32_t* rows, std::uint32_t count,
                          MotionSums& sums);
 
-    /// Finds the rows of [begin, end) whose boxes are not inside their skins: isInsideShell().
+    /// Finds the rows of [begin, end) whose boxes are not inside their skins: isInsideSkin().
     ///
     /// @param outside [out, end - begin] ascending
     /// @return how many
-    std::uint32_t (*findOutside)(const ShellSource& source, std::uint32_t begin, std::uint32_t end,
-                                 std::uint32_t* outside);
+    std::uint32_t (*findBoxesOutsideSkin)(const SkinSource& source, std::uint32_t begin, std::uint32_t end,
+                                          std::uint32_t* outside);
 
     /// Finds the pairs of [begin, end) whose boxes contradict their state. A few of the pairs found may not change.
     ///
-    /// @param stirred [out, end - begin] indices, ascending
+    /// @param changed [out, end - begin] indices, ascending
     /// @return how many
-    std::uint32_t (*findStirred)(const WatchSource& source, std::uint32_t begin, std::uint32_t end,
-                                 std::uint32_t* stirred);
+    std::uint32_t (*findChangedPairs)(const PairStateSource& source, std::uint32_t begin, std::uint32_t end,
+                                      std::uint32_t* changed);
 };
 
-extern const ColumnKernels kRowKernelsBaseline;
+extern const ColumnKernels kColumnKernelsBaseline;
 #if defined(__x86_64__)
-extern const ColumnKernels kRowKernelsAvx2;
-extern const ColumnKernels kRowKernelsAvx512;
+extern const ColumnKernels kColumnKernelsAvx2;
+extern const ColumnKernels kColumnKernelsAvx512;
 #endif
 
 /// Returns the widest set that this processor runs, or the baseline set if `baseline`.
-const ColumnKernels& chooseRowKernels(bool baseline);
+const ColumnKernels& chooseColumnKernels(bool baseline);
 }  // namespace cullet

@@ -221,7 +221,7 @@ std::uint32_t SizeHistogram::count() const
     return sum;
 }
 
-void measureSpans(const Aabb* boxes, const std::uint32_t* ids, std::uint32_t count, float span[3])
+void measureSpans(const Aabb* boxes, const std::uint32_t* proxyRows, std::uint32_t count, float span[3])
 {
     constexpr std::uint32_t kSample = 256;
     // The sample gives extents to within a few per cent. The stride is odd so that regular scenes are not aliased.
@@ -233,7 +233,7 @@ void measureSpans(const Aabb* boxes, const std::uint32_t* ids, std::uint32_t cou
         centres.clear();
         for (std::uint32_t i = 0; i < count; i += stride)
         {
-            const Aabb& box = boxes[ids != nullptr ? ids[i] : i];
+            const Aabb& box = boxes[proxyRows != nullptr ? proxyRows[i] : i];
             const float centre = 0.5f * box.min[axis] + 0.5f * box.max[axis];
             if (isValid(box) && std::abs(centre) < 1e15f)
                 centres.push_back(centre);

@@ -73,7 +73,7 @@ struct GridPlanLimits
 };
 
 /// Robust extents of the box centres (5 % to 95 % quantile, scaled up) from a deterministic sample.
-void measureSpans(const Aabb* boxes, const std::uint32_t* ids, std::uint32_t count, float span[3]);
+void measureSpans(const Aabb* boxes, const std::uint32_t* proxyRows, std::uint32_t count, float span[3]);
 
 /// Chooses axis, levels and column widths from sizes, spans and `density`, a factor learnt from earlier frames by
 /// which the scene is more crowded than evenly spread boxes would be.

@@ -13,15 +13,15 @@ namespace cullet
 {
 // One box in so many may move farther than the motion bound of the grid; the pairs of these boxes are found by a
 // list.
-inline constexpr std::uint32_t kJumperShare = 64;
+inline constexpr std::uint32_t kFewTeleportedShare = 64;
 
 /// Largest float below 2^(octave - 127): all motions of lower octaves are within it.
-inline float reachOf(std::uint32_t octave)
+inline float motionBoundOf(std::uint32_t octave)
 {
     const std::uint32_t bits = (octave << 23) - 1;
-    float reach;
-    std::memcpy(&reach, &bits, sizeof reach);
-    return reach;
+    float bound;
+    std::memcpy(&bound, &bits, sizeof bound);
+    return bound;
 }
 
 /// Number of boxes in an octave or a higher one.

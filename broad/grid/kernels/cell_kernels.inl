@@ -29,9 +29,9 @@ inline __m256 joined(Float4 first, Float4 second)
 }
 
 /// cellsOfFaces() of the faces of two boxes.
-inline __m256i cellsOfTwo(__m256 faces, const CellBounds& rule)
+inline __m256i cellsOfTwo(__m256 faces, const CellBounds& cellBounds)
 {
-    const CellFactors factors(rule);
+    const CellFactors factors(cellBounds);
     const __m256 isBelow = _mm256_cmp_ps(faces, _mm256_setzero_ps(), _CMP_LT_OQ);
     const __m256 factor =
         _mm256_blendv_ps(joined(factors.above, factors.above), joined(factors.below, factors.below), isBelow);
@@ -48,48 +48,50 @@ inline __m256i cellsOfTwo(__m256 faces, const CellBounds& rule)
 /// Appends located boxes to a block, and the indices of outliers to a list of their own.
 struct LocatedSink
 {
-    Located* block;
-    std::uint32_t* odd;
+    LocatedBox* block;
+    std::uint32_t* outliers;
     LocatedCounts counts = {0, 0};
 
-    void put(std::uint32_t index, std::uint32_t id, const Int4& cells, bool isPlain)
+    void put(std::uint32_t index, std::uint32_t proxyRow, const Int4& cells, bool isPlain)
     {
         static_assert(sizeof cells == sizeof block->cells);
         std::memcpy(&block[counts.plain].cells, &cells, sizeof cells);
-        block[counts.plain].id = id;
+        block[counts.plain].proxyRow = proxyRow;
         block[counts.plain].level = 0;
-        odd[counts.odd] = index;
+        outliers[counts.outliers] = index;
         counts.plain += isPlain ? 1u : 0u;
-        counts.odd += isPlain ? 0u : 1u;
+        counts.outliers += isPlain ? 0u : 1u;
     }
 };
 
 template <int kSweepAxis>
-void locateOne(const LocateSource& source, const CellBounds& rule, std::uint32_t index, LocatedSink& sink)
+void locateOne(const LocateSource& source, const CellBounds& cellBounds, std::uint32_t index,
+               LocatedSink& sink)
 {
-    const std::uint32_t id = source.id(index);
+    const std::uint32_t proxyRow = source.proxyRow(index);
     const Float4 outward = Float4{-1.0f, 1.0f, -1.0f, 1.0f} * source.grow;
-    const Aabb& box = source.boxes[id];
-    const Int4 cells = cellsOfFaces(BoxFaces<kSweepAxis>(box).tile + outward, rule);
+    const Aabb& box = source.boxes[proxyRow];
+    const Int4 cells = cellsOfFaces(BoxFaces<kSweepAxis>(box).tile + outward, cellBounds);
     const Float4 extents = extentsOf(box);
     const Int4 first = CULLET_SHUFFLE(cells, cells, 0, 0, 2, 2);
-    sink.put(index, id, cells,
+    sink.put(index, proxyRow, cells,
              isTrueInAll((extents >= 0.0f) & (extents <= source.largestExtent) &
                          (cells < first + source.manyCells)));
 }
 
 #if defined(__AVX2__)
 template <int kSweepAxis>
-void locateTwo(const LocateSource& source, const CellBounds& rule, std::uint32_t index, LocatedSink& sink)
+void locateTwo(const LocateSource& source, const CellBounds& cellBounds, std::uint32_t index,
+               LocatedSink& sink)
 {
-    const std::uint32_t first = source.id(index);
-    const std::uint32_t second = source.id(index + 1);
+    const std::uint32_t first = source.proxyRow(index);
+    const std::uint32_t second = source.proxyRow(index + 1);
     const __m256 outward =
         _mm256_mul_ps(_mm256_setr_ps(-1, 1, -1, 1, -1, 1, -1, 1), _mm256_set1_ps(source.grow));
     const Aabb& a = source.boxes[first];
     const Aabb& b = source.boxes[second];
     const __m256 tiles = joined(BoxFaces<kSweepAxis>(a).tile, BoxFaces<kSweepAxis>(b).tile);
-    const __m256i cells = cellsOfTwo(_mm256_add_ps(tiles, outward), rule);
+    const __m256i cells = cellsOfTwo(_mm256_add_ps(tiles, outward), cellBounds);
     const __m256 extents = joined(extentsOf(a), extentsOf(b));
     const __m256 isBounded =
         _mm256_and_ps(_mm256_cmp_ps(extents, _mm256_setzero_ps(), _CMP_GE_OQ),
@@ -106,29 +108,29 @@ void locateTwo(const LocateSource& source, const CellBounds& rule, std::uint32_t
 #endif
 
 template <int kSweepAxis>
-LocatedCounts locateAlong(const LocateSource& source, std::uint32_t begin, std::uint32_t end, Located* block,
-                          std::uint32_t* odd)
+LocatedCounts locateAlong(const LocateSource& source, std::uint32_t begin, std::uint32_t end,
+                          LocatedBox* block, std::uint32_t* outliers)
 {
-    const CellBounds rule = {source.reach, source.inverseWidth};
-    LocatedSink sink = {block, odd};
+    const CellBounds cellBounds = {source.cellSkin, source.inverseWidth};
+    LocatedSink sink = {block, outliers};
     std::uint32_t i = begin;
 #if defined(__AVX2__)
     for (; i + 1 < end; i += 2)
-        locateTwo<kSweepAxis>(source, rule, i, sink);
+        locateTwo<kSweepAxis>(source, cellBounds, i, sink);
 #endif
     for (; i < end; ++i)
-        locateOne<kSweepAxis>(source, rule, i, sink);
+        locateOne<kSweepAxis>(source, cellBounds, i, sink);
     return sink.counts;
 }
 
-LocatedCounts locateBoxes(const LocateSource& source, std::uint32_t begin, std::uint32_t end, Located* block,
-                          std::uint32_t* odd)
+LocatedCounts locateBoxes(const LocateSource& source, std::uint32_t begin, std::uint32_t end,
+                          LocatedBox* block, std::uint32_t* outliers)
 {
     if (source.sweepAxis == 0)
-        return locateAlong<0>(source, begin, end, block, odd);
+        return locateAlong<0>(source, begin, end, block, outliers);
     if (source.sweepAxis == 1)
-        return locateAlong<1>(source, begin, end, block, odd);
-    return locateAlong<2>(source, begin, end, block, odd);
+        return locateAlong<1>(source, begin, end, block, outliers);
+    return locateAlong<2>(source, begin, end, block, outliers);
 }
 }  // namespace
 }  // namespace cullet

@@ -9,7 +9,8 @@
 
 namespace cullet
 {
-const ColumnKernels kRowKernelsAvx2 = {"avx2",      scanSelf,     scanCross,   scanOne,    buildRow,
-                                       locateBoxes, compareBoxes, findOutside, findStirred};
+const ColumnKernels kColumnKernelsAvx2 = {"avx2",          scanSelf,    scanCross,    scanOne,
+                                          buildColumn,     locateBoxes, compareBoxes, findBoxesOutsideSkin,
+                                          findChangedPairs};
 }  // namespace cullet
 #endif  // x86-64

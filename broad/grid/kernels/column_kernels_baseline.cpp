@@ -6,19 +6,20 @@
 
 namespace cullet
 {
-const ColumnKernels kRowKernelsBaseline = {"baseline",  scanSelf,     scanCross,   scanOne,    buildRow,
-                                           locateBoxes, compareBoxes, findOutside, findStirred};
+const ColumnKernels kColumnKernelsBaseline = {
+    "baseline",           scanSelf,        scanCross, scanOne, buildColumn, locateBoxes, compareBoxes,
+    findBoxesOutsideSkin, findChangedPairs};
 
-const ColumnKernels& chooseRowKernels(bool baseline)
+const ColumnKernels& chooseColumnKernels(bool baseline)
 {
 #if defined(__x86_64__)
     if (!baseline && __builtin_cpu_supports("avx512f") != 0)
-        return kRowKernelsAvx512;
+        return kColumnKernelsAvx512;
     if (!baseline && __builtin_cpu_supports("avx2") != 0)
-        return kRowKernelsAvx2;
+        return kColumnKernelsAvx2;
 #else
     (void)baseline;
 #endif
-    return kRowKernelsBaseline;
+    return kColumnKernelsBaseline;
 }
 }  // namespace cullet

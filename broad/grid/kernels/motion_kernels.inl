@@ -17,10 +17,10 @@ namespace
 #if defined(__AVX2__)
 /// The current and the previous box, each in one register.
 template <int kSweepAxis>
-class BoxTwice
+class MovedBox
 {
 public:
-    BoxTwice(const Aabb& now, const Aabb& then) : m_now(facesOf(now)), m_then(facesOf(then)) {}
+    MovedBox(const Aabb& now, const Aabb& then) : m_now(facesOf(now)), m_then(facesOf(then)) {}
 
     /// Largest motion of a face, as bits: floats without sign are ordered like their bits. Infinity and NaN, the
     /// motion of boxes that were or are empty, are the largest.
@@ -34,14 +34,14 @@ public:
     }
 
     /// Whether both boxes touch the same cells: cellsOfFaces() of both at once.
-    bool shareCells(const CellBounds& rule) const
+    bool touchSameCells(const CellBounds& cellBounds) const
     {
         const __m256i lanes = kSweepAxis == 0   ? _mm256_setr_epi32(1, 6, 2, 7, 1, 6, 2, 7)
                               : kSweepAxis == 1 ? _mm256_setr_epi32(2, 7, 0, 3, 2, 7, 0, 3)
                                                 : _mm256_setr_epi32(0, 3, 1, 6, 0, 3, 1, 6);
         const __m256 tiles = _mm256_blend_ps(_mm256_permutevar8x32_ps(m_now, lanes),
                                              _mm256_permutevar8x32_ps(m_then, lanes), 0xf0);
-        const __m256i cells = cellsOfTwo(tiles, rule);
+        const __m256i cells = cellsOfTwo(tiles, cellBounds);
         const __m128i isSame =
             _mm_cmpeq_epi32(_mm256_castsi256_si128(cells), _mm256_extracti128_si256(cells, 1));
         return _mm_movemask_epi8(isSame) == 0xffff;
@@ -70,10 +70,10 @@ inline Int4 larger(Int4 a, Int4 b)
 
 /// The current and the previous box.
 template <int kSweepAxis>
-class BoxTwice
+class MovedBox
 {
 public:
-    BoxTwice(const Aabb& now, const Aabb& then) : m_now(now), m_then(then) {}
+    MovedBox(const Aabb& now, const Aabb& then) : m_now(now), m_then(then) {}
 
     /// Largest motion of a face, as bits: floats without sign are ordered like their bits. Infinity and NaN, the
     /// motion of boxes that were or are empty, are the largest.
@@ -85,9 +85,9 @@ public:
         return std::max(halves[0], halves[1]);
     }
 
-    bool shareCells(const CellBounds& rule) const
+    bool touchSameCells(const CellBounds& cellBounds) const
     {
-        return isTrueInAll(cellsOfFaces(m_now.tile, rule) == cellsOfFaces(m_then.tile, rule));
+        return isTrueInAll(cellsOfFaces(m_now.tile, cellBounds) == cellsOfFaces(m_then.tile, cellBounds));
     }
 
 private:
@@ -100,27 +100,28 @@ template <int kSweepAxis>
 void compareAlong(const MotionSource& source, const std::uint32_t* rows, std::uint32_t count,
                   MotionSums& sums)
 {
-    const CellBounds rule = {source.reach, source.inverseWidth};
+    const CellBounds cellBounds = {source.cellSkin, source.inverseWidth};
     std::int32_t limit;
     std::memcpy(&limit, &source.limit, sizeof limit);
     std::int32_t largest;
     std::memcpy(&largest, &sums.largest, sizeof largest);
-    std::uint32_t strayCount = 0;
+    std::uint32_t migratedCount = 0;
     for (std::uint32_t i = 0; i < count; ++i)
     {
         const std::uint32_t row = rows[i];
-        const BoxTwice<kSweepAxis> box(source.boxes[row], source.before[row]);
+        const MovedBox<kSweepAxis> box(source.boxes[row], source.before[row]);
         const std::int32_t bits = box.motionBits();
         ++sums.octaves[static_cast<std::uint32_t>(bits) >> 23];
         if (source.motions != nullptr)
             std::memcpy(source.motions + row, &bits, sizeof bits);
         const bool isFar = bits > limit;
         largest = std::max(largest, isFar ? 0 : bits);
-        sums.strays[strayCount] = row;
-        strayCount += static_cast<unsigned>(isFar) | static_cast<unsigned>(!box.shareCells(rule));
+        sums.migrated[migratedCount] = row;
+        migratedCount +=
+            static_cast<unsigned>(isFar) | static_cast<unsigned>(!box.touchSameCells(cellBounds));
     }
     std::memcpy(&sums.largest, &largest, sizeof largest);
-    sums.strayCount = strayCount;
+    sums.migratedCount = migratedCount;
 }
 
 void compareBoxes(const MotionSource& source, const std::uint32_t* rows, std::uint32_t count,

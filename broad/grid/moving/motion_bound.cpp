@@ -22,27 +22,28 @@ constexpr std::uint32_t kPatience = 32;
 /// Chooses the motion bound: a power of two that nearly all motions are below. Boxes are enlarged by it for the
 /// choice of their cells, so that no pair that separates is missed. The pairs of boxes that move farther are found by
 /// a list.
-void ColumnGridBackend::chooseReach(const GridMotion& motion, std::uint32_t rows)
+void ColumnGridBackend::chooseMotionBound(const GridMotion& motion, std::uint32_t rows)
 {
-    const std::uint32_t octave = std::max(kLeastReach, octaveWorthReaching(motion, rows));
-    const bool isEnough = octave <= m_reachOctave;
-    m_calmUpdates = isEnough && octave + 2 < m_reachOctave ? m_calmUpdates + 1 : 0;
+    const std::uint32_t octave = std::max(kLeastBoundOctave, bestBoundOctave(motion, rows));
+    const bool isEnough = octave <= m_boundOctave;
+    m_calmUpdates = isEnough && octave + 2 < m_boundOctave ? m_calmUpdates + 1 : 0;
     if (isEnough && m_calmUpdates < kPatience)
         return;
-    if (isReachable(octave))
-        m_reachOctave = octave;
+    if (isBoundAllowed(octave))
+        m_boundOctave = octave;
     m_calmUpdates = 0;
 }
 
 /// The lowest octave that few motions reach; or that none reaches, where more entries cost less than a list of all
 /// pairs.
-std::uint32_t ColumnGridBackend::octaveWorthReaching(const GridMotion& motion, std::uint32_t rows) const
+std::uint32_t ColumnGridBackend::bestBoundOctave(const GridMotion& motion, std::uint32_t rows) const
 {
-    const std::uint32_t few = octaveAbove(motion, rows / kJumperShare);
+    const std::uint32_t few = octaveAbove(motion, rows / kFewTeleportedShare);
     const std::uint32_t all = octaveAbove(motion, 0);
-    if (all == few || !isReachable(all))
+    if (all == few || !isBoundAllowed(all))
         return few;
-    const double more = (reachOf(all) - reachOf(std::max(few, kLeastReach))) / m_grid.finestWidth();
+    const double more =
+        (motionBoundOf(all) - motionBoundOf(std::max(few, kLeastBoundOctave))) / m_grid.finestWidth();
     const double listing = kCostOfListed * static_cast<double>(m_stats.pairs);
     return 4.0 * more * kCostOfEntry * static_cast<double>(m_grid.entryCount()) < listing ? all : few;
 }
@@ -59,8 +60,8 @@ float* ColumnGridBackend::prepareMotions(const ProxyView& view)
 }
 
 /// Whether cells are wide enough for the motion bound of an octave.
-bool ColumnGridBackend::isReachable(std::uint32_t octave) const
+bool ColumnGridBackend::isBoundAllowed(std::uint32_t octave) const
 {
-    return reachOf(octave) < 0.125f * m_grid.finestWidth();
+    return motionBoundOf(octave) < 0.125f * m_grid.finestWidth();
 }
 }  // namespace cullet

@@ -13,12 +13,12 @@ namespace
 // Gaps and motions are rounded differences; the factors cover the roundings many times over. A pair that overlapped
 // before its boxes moved by d each has a gap of at most 2 d, and shares a cell when both boxes are enlarged by d.
 constexpr float kGapFactor = 2.0625f;
-constexpr float kReachFactor = 1.0625f;
+constexpr float kCellSkinFactor = 1.0625f;
 // Mean motion as a share of the largest, below which each box has a motion bound of its own.
 constexpr double kUneven = 0.375;
 // Where more than one box in so many teleported, all pairs are found anew.
-constexpr std::uint32_t kJumpedShare = 2;
-constexpr std::uint32_t kJumpSample = 256;
+constexpr std::uint32_t kMostTeleportedShare = 2;
+constexpr std::uint32_t kTeleportSample = 256;
 constexpr std::size_t kCopyGrain = 16384;
 // The boxes of pairs are prefetched so many iterations early.
 constexpr std::uint32_t kPrefetch = 32;
@@ -26,7 +26,7 @@ constexpr std::size_t kPairGrain = 2048;
 
 std::uint32_t sampleStride(std::uint32_t rows)
 {
-    return rows / kJumpSample + 1;
+    return rows / kTeleportSample + 1;
 }
 
 void prefetch(const Aabb* boxes, RowPair pair)
@@ -51,7 +51,7 @@ public:
     {
         const Aabb* const before = m_backend.m_reference.data();
         if (m_isListing)
-            m_backend.m_news[worker].held.makeRoom(found.count);
+            m_backend.m_threadDeltas[worker].held.makeRoom(found.count);
         for (std::uint32_t i = 0; i < found.count; ++i)
         {
             prefetch(before, found.pair(std::min(i + kPrefetch, found.count - 1)));
@@ -59,17 +59,17 @@ public:
             const bool overlapped = overlapsBranchless(before[pair.a], before[pair.b]);
             const bool overlaps = found.gap[i] <= 0.0f;
             if (m_isListing)
-                list(m_backend.m_news[worker].held, pair);
+                list(m_backend.m_threadDeltas[worker].held, pair);
             if (overlapped != overlaps)
                 examine(worker, pair, found.gap[i]);
         }
     }
 
 private:
-    // examineApart() has recorded the exempt pairs that overlap again.
+    // examineHysteresisPairs() has recorded the exempt pairs that overlap again.
     bool isHeld(RowPair pair) const
     {
-        return mayEnter(m_view, pair) || m_backend.m_despite.contains(PairSet::keyOf(pair.a, pair.b));
+        return mayEnter(m_view, pair) || m_backend.m_filterExempt.contains(PairSet::keyOf(pair.a, pair.b));
     }
 
     void list(KeyList& held, RowPair pair) const
@@ -82,7 +82,7 @@ private:
         if (gap > 0.0f)
         {
             if (isHeld(pair))
-                m_backend.part(m_view, pair, gap <= 2.0f * m_view.margin, worker);
+                m_backend.separatePair(m_view, pair, gap <= 2.0f * m_view.margin, worker);
         }
         else if (mayEnter(m_view, pair))
         {
@@ -108,7 +108,8 @@ void ColumnGridBackend::listOverlapping(std::vector<std::uint64_t>& held)
         [&](RowPair pair)
         {
             const std::uint64_t key = PairSet::keyOf(pair.a, pair.b);
-            if (m_words.empty() || passesFilter(m_words[pair.a], m_words[pair.b]) || m_despite.contains(key))
+            if (m_filterWords.empty() || passesFilter(m_filterWords[pair.a], m_filterWords[pair.b]) ||
+                m_filterExempt.contains(key))
                 held.push_back(key);
         });
 }
@@ -120,13 +121,13 @@ bool ColumnGridBackend::scanMoving(const ProxyView& view, bool isListing, bool m
     GridInput input;
     input.boxes = view.boxes;
     input.count = view.size;
-    input.reach = kReachFactor * reachOf(m_reachOctave);
+    input.cellSkin = kCellSkinFactor * motionBoundOf(m_boundOctave);
     if (!isListing)
     {
         // The boxes may have been compared with a smaller motion bound than the one chosen now.
-        const bool isSame = m_comparedOctave == m_reachOctave;
-        input.near = kGapFactor * (isSame ? m_motion.largest : reachOf(m_reachOctave));
-        input.deep = -input.near;
+        const bool isSame = m_comparedOctave == m_boundOctave;
+        input.maxGap = kGapFactor * (isSame ? m_motion.largest : motionBoundOf(m_boundOctave));
+        input.minGap = -input.maxGap;
         input.motions = m_areMotionsUneven ? m_motions.data() : nullptr;
         input.motionFactor = 0.5f * kGapFactor;
     }
@@ -139,68 +140,68 @@ bool ColumnGridBackend::scanMoving(const ProxyView& view, bool isListing, bool m
     }
     m_stats.path = "rebuild";
     ++m_stats.rebuildsTotal;
-    m_grid.scan(input, sink, RowUse::Follow);
+    m_grid.scan(input, sink, ColumnUse::Follow);
     return true;
 }
 
 /// Updates the columns if that is possible and expected to cost less than a refill.
 bool ColumnGridBackend::follow(const ProxyView& view, const GridInput& input)
 {
-    const std::size_t strays = m_motion.strays.size();
-    const double following = ModePolicy::kCostOfMoving * view.size + ModePolicy::kCostOfStray * strays;
+    const std::size_t migrated = m_motion.migrated.size();
+    const double following = ModePolicy::kCostOfMoving * view.size + ModePolicy::kCostOfMigrated * migrated;
     const double refilling = ModePolicy::kCostOfRefill * view.size;
     if (following > refilling || m_options.rebuildFraction == 0.0f)
     {
-        decide("many boxes came into other cells", strays, refilling, following);
+        recordDecision("many boxes came into other cells", migrated, refilling, following);
         return false;
     }
-    if (!m_grid.follow(input, m_reference.data(), m_motion.strays))
+    if (!m_grid.follow(input, m_reference.data(), m_motion.migrated))
     {
-        decide("the rows could not be kept", strays, refilling, following);
+        recordDecision("the rows could not be kept", migrated, refilling, following);
         return false;
     }
-    decide("few boxes came into other cells", strays, following, refilling);
+    recordDecision("few boxes came into other cells", migrated, following, refilling);
     return true;
 }
 
 /// Measures how far the changed boxes moved, and chooses the next motion bound.
 void ColumnGridBackend::compareBoxes(const ProxyView& view)
 {
-    m_comparedOctave = m_reachOctave;
-    m_grid.compare(view.boxes, m_reference.data(), view.dirty, view.dirtyCount, reachOf(m_reachOctave),
+    m_comparedOctave = m_boundOctave;
+    m_grid.compare(view.boxes, m_reference.data(), view.dirty, view.dirtyCount, motionBoundOf(m_boundOctave),
                    m_motion, prepareMotions(view));
-    chooseReach(m_motion, view.size);
+    chooseMotionBound(m_motion, view.size);
 }
 
 void ColumnGridBackend::updateMoving(const ProxyView& view)
 {
     // The margin alone may have changed, so that hysteresis pairs are tested even when no box moved.
-    if (view.dirtyCount == 0 && m_apart.empty())
+    if (view.dirtyCount == 0 && m_hysteresisPairs.empty())
     {
         m_stats.path = "idle";
-        decide("nothing changed", 0, 0, 0);
+        recordDecision("nothing changed", 0, 0, 0);
         return;
     }
     const double costOfBox =
-        m_hasJumped ? ModePolicy::kCostOfRefill + ModePolicy::kCostOfStray : ModePolicy::kCostOfMoving;
+        m_hasTeleported ? ModePolicy::kCostOfRefill + ModePolicy::kCostOfMigrated : ModePolicy::kCostOfMoving;
     m_workers.limit(costOfBox * view.size);
     // After an update with teleports, some work for one thread precedes the first loop.
-    if (m_hasJumped)
-        m_workers.expect(m_workers.tasksFor(view.dirtyCount, ColumnGrid::kTaskGrain));
-    const bool areJumping = areStillJumping(view);
-    const bool isSure = areJumping || m_isReferenceOld;
-    if (!isSure)
+    if (m_hasTeleported)
+        m_workers.prewake(m_workers.tasksFor(view.dirtyCount, ColumnGrid::kTaskGrain));
+    const bool areTeleporting = areStillTeleporting(view);
+    const bool isComparisonSkipped = areTeleporting || m_isReferenceOld;
+    if (!isComparisonSkipped)
         compareBoxes(view);
-    const std::uint32_t jumpers = countFrom(m_motion, m_reachOctave);
-    const bool isListing = jumpers != 0;
+    const std::uint32_t teleported = countFrom(m_motion, m_boundOctave);
+    const bool isListing = teleported != 0;
     if (isListing && !m_hasOverlapping)
         listOverlapping(m_overlapping);
-    clearNews();
-    examineApart(view);
-    m_hasJumped = false;
-    if (isSure || jumpers > view.size / kJumpedShare)
+    clearThreadDeltas();
+    examineHysteresisPairs(view);
+    m_hasTeleported = false;
+    if (isComparisonSkipped || teleported > view.size / kMostTeleportedShare)
     {
-        updateJumped(view, isSure);
+        updateTeleported(view, isComparisonSkipped);
     }
     else
     {
@@ -208,20 +209,20 @@ void ColumnGridBackend::updateMoving(const ProxyView& view)
             examineOverlapping(view);
         MovingSink sink(*this, view, isListing);
         scanMoving(view, isListing, true, sink);
-        takeNews();
-        takeHeld(isListing);
+        mergeThreadDeltas();
+        mergeOverlapping(isListing);
     }
     m_areMotionsUneven = !isListing && evenness(m_motion, view.size) < kUneven;
-    if (areJumping)
+    if (areTeleporting)
         rememberSample(view);
     else
         rememberBoxes(view);
 }
 
 /// Whether, by a sample, most boxes teleport as in the last update: then they need not be compared one by one.
-bool ColumnGridBackend::areStillJumping(const ProxyView& view)
+bool ColumnGridBackend::areStillTeleporting(const ProxyView& view)
 {
-    if (!m_hasJumped || view.dirtyCount <= view.size / kJumpedShare)
+    if (!m_hasTeleported || view.dirtyCount <= view.size / kMostTeleportedShare)
         return false;
     std::vector<std::uint32_t> sample;
     for (std::uint32_t row = 0; row < view.size; row += sampleStride(view.size))
@@ -230,18 +231,19 @@ bool ColumnGridBackend::areStillJumping(const ProxyView& view)
             sample.push_back(row);
     }
     const auto count = static_cast<std::uint32_t>(sample.size());
-    m_grid.compare(view.boxes, m_reference.data(), sample.data(), count, reachOf(m_reachOctave), m_motion);
+    m_grid.compare(view.boxes, m_reference.data(), sample.data(), count, motionBoundOf(m_boundOctave),
+                   m_motion);
     // Where a motion bound can cover the motions, comparing all boxes is worth its cost.
-    if (isReachable(octaveAbove(m_motion, count / kJumperShare)))
+    if (isBoundAllowed(octaveAbove(m_motion, count / kFewTeleportedShare)))
         return false;
-    return countFrom(m_motion, m_reachOctave) > view.size / sampleStride(view.size) / kJumpedShare;
+    return countFrom(m_motion, m_boundOctave) > view.size / sampleStride(view.size) / kMostTeleportedShare;
 }
 
-/// While most boxes teleport, only areStillJumping() reads the previous boxes, and only those of the sample.
+/// While most boxes teleport, only areStillTeleporting() reads the previous boxes, and only those of the sample.
 void ColumnGridBackend::rememberSample(const ProxyView& view)
 {
     for (std::uint32_t row = 0; row < view.size; row += sampleStride(view.size))
-        m_reference[row] = remembered(view.boxes[row]);
+        m_reference[row] = nanIfEmpty(view.boxes[row]);
     m_isReferenceOld = true;
 }
 
@@ -257,36 +259,36 @@ void ColumnGridBackend::rememberBoxes(const ProxyView& view)
                       for (std::uint32_t i = range.begin; i < range.end; ++i)
                       {
                           const std::uint32_t row = areAll ? i : view.dirty[i];
-                          m_reference[row] = remembered(view.boxes[row]);
+                          m_reference[row] = nanIfEmpty(view.boxes[row]);
                       }
                   });
     m_isReferenceOld = false;
 }
 
 /// Tests the hysteresis pairs. The scan will report those that overlap again as new.
-void ColumnGridBackend::examineApart(const ProxyView& view)
+void ColumnGridBackend::examineHysteresisPairs(const ProxyView& view)
 {
-    const unsigned tasks = m_workers.tasksFor(m_apart.size(), kPairGrain);
+    const unsigned tasks = m_workers.tasksFor(m_hysteresisPairs.size(), kPairGrain);
     m_workers.run(tasks,
                   [&](unsigned task)
                   {
-                      const TaskRange range(m_apart.size(), task, tasks);
+                      const TaskRange range(m_hysteresisPairs.size(), task, tasks);
                       for (std::uint32_t i = range.begin; i < range.end; ++i)
                       {
-                          prefetch(view.boxes, m_apart[std::min(i + kPrefetch, range.end - 1)]);
-                          const RowPair pair = m_apart[i];
+                          prefetch(view.boxes, m_hysteresisPairs[std::min(i + kPrefetch, range.end - 1)]);
+                          const RowPair pair = m_hysteresisPairs[i];
                           if (!isOverlapping(view, pair))
-                              part(view, pair, isNear(view, pair), task);
+                              separatePair(view, pair, isWithinMargin(view, pair), task);
                           else if (mayEnter(view, pair))
                               m_added[task].push(idsOf(view, pair));
                           else
-                              m_news[task].despite.push_back(PairSet::keyOf(pair.a, pair.b));
+                              m_threadDeltas[task].newlyExempt.push_back(PairSet::keyOf(pair.a, pair.b));
                       }
                   });
-    for (const PairNews& news : m_news)
+    for (const ThreadDelta& delta : m_threadDeltas)
     {
-        for (const std::uint64_t key : news.despite)
-            m_despite.insert(key);
+        for (const std::uint64_t key : delta.newlyExempt)
+            m_filterExempt.insert(key);
     }
 }
 
@@ -303,7 +305,7 @@ void ColumnGridBackend::examineOverlapping(const ProxyView& view)
                           prefetch(view.boxes, rowsOf(m_overlapping[std::min(i + kPrefetch, range.end - 1)]));
                           const RowPair pair = rowsOf(m_overlapping[i]);
                           if (!isOverlapping(view, pair))
-                              part(view, pair, isNear(view, pair), task);
+                              separatePair(view, pair, isWithinMargin(view, pair), task);
                       }
                   });
 }

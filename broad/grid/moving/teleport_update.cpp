@@ -28,10 +28,10 @@ std::pair<const std::uint64_t*, const std::uint64_t*> keysOfRows(const std::vect
 }  // namespace
 
 /// Lists the pairs that overlap and are held from now on, in the threads of the grid.
-class ColumnGridBackend::JumpedSink final : public PairSink
+class ColumnGridBackend::TeleportedSink final : public PairSink
 {
 public:
-    JumpedSink(ColumnGridBackend& backend, const ProxyView& view) : m_backend(backend), m_view(view) {}
+    TeleportedSink(ColumnGridBackend& backend, const ProxyView& view) : m_backend(backend), m_view(view) {}
 
     void take(unsigned worker, const PairBuffer& found) override
     {
@@ -41,8 +41,8 @@ public:
         {
             const RowPair pair = found.pair(i);
             const std::uint64_t key = PairSet::keyOf(pair.a, pair.b);
-            // examineApart() has recorded the exempt pairs that overlap again.
-            writer.pushIf(key, mayEnter(m_view, pair) || m_backend.m_despite.contains(key));
+            // examineHysteresisPairs() has recorded the exempt pairs that overlap again.
+            writer.pushIf(key, mayEnter(m_view, pair) || m_backend.m_filterExempt.contains(key));
         }
     }
 
@@ -67,7 +67,7 @@ std::uint32_t ColumnGridBackend::firstRowOf(const ProxyView& view, unsigned task
 {
     if (task == 0 || task == tasks)
         return task == 0 ? 0 : view.size;
-    return rowsOf(m_sorted[m_sorted.size() * task / tasks]).a;
+    return rowsOf(m_nextOverlapping[m_nextOverlapping.size() * task / tasks]).a;
 }
 
 /// Records the changes of the pairs whose lower row is in [begin, end), from the sorted lists of those found and of
@@ -76,9 +76,9 @@ void ColumnGridBackend::compareLists(const ProxyView& view, std::uint32_t begin,
                                      unsigned worker)
 {
     const auto [old, oldEnd] = keysOfRows(m_overlapping, begin, end);
-    partDeparted(view, old, oldEnd, worker);
-    const auto [found, foundEnd] = keysOfRows(m_sorted, begin, end);
-    const std::vector<std::uint64_t>& kept = m_news[worker].kept;
+    separateOldPairs(view, old, oldEnd, worker);
+    const auto [found, foundEnd] = keysOfRows(m_nextOverlapping, begin, end);
+    const std::vector<std::uint64_t>& kept = m_threadDeltas[worker].kept;
     auto nextKept = kept.begin();
     {
         KeyList::Writer added(m_added[worker], static_cast<std::size_t>(foundEnd - found));
@@ -93,10 +93,10 @@ void ColumnGridBackend::compareLists(const ProxyView& view, std::uint32_t begin,
 }
 
 /// Removes the sorted pairs that no longer overlap with the margin, and records the few others.
-void ColumnGridBackend::partDeparted(const ProxyView& view, const std::uint64_t* old,
-                                     const std::uint64_t* end, unsigned worker)
+void ColumnGridBackend::separateOldPairs(const ProxyView& view, const std::uint64_t* old,
+                                         const std::uint64_t* end, unsigned worker)
 {
-    const bool mayLift = !m_despite.isEmpty();
+    const bool hasExempt = !m_filterExempt.isEmpty();
     {
         KeyList::Writer removed(m_removed[worker], static_cast<std::size_t>(end - old));
         for (const std::uint64_t* key = old; key != end; ++key)
@@ -105,53 +105,55 @@ void ColumnGridBackend::partDeparted(const ProxyView& view, const std::uint64_t*
             const std::uint32_t ahead = rowsOf(key[std::min(kPrefetch, end - key - 1)]).b;
             prefetchBox(view.boxes + ahead);
             __builtin_prefetch(view.uniqueIds + ahead);
-            // areFarApart() decides nearly all pairs, at half the cost of isNear().
-            const bool stays =
-                !areFarApart(view.boxes[pair.a], view.boxes[pair.b], view.margin) && isNear(view, pair);
+            // areFarApart() decides nearly all pairs, at half the cost of isWithinMargin().
+            const bool stays = !areFarApart(view.boxes[pair.a], view.boxes[pair.b], view.margin) &&
+                               isWithinMargin(view, pair);
             removed.pushIf(idsOf(view, pair), !stays);
-            if (stays || mayLift)
-                takeOld(view, *key, stays, m_news[worker]);
+            if (stays || hasExempt)
+                recordOldPair(view, *key, stays, m_threadDeltas[worker]);
         }
     }
     m_removed[worker].measure();
 }
 
 /// Records a pair that overlapped before: as kept if it still overlaps, as a hysteresis pair if the margin keeps it.
-void ColumnGridBackend::takeOld(const ProxyView& view, std::uint64_t key, bool isNear, PairNews& news)
+void ColumnGridBackend::recordOldPair(const ProxyView& view, std::uint64_t key, bool isWithinMargin,
+                                      ThreadDelta& delta)
 {
-    if (isNear && isOverlapping(view, rowsOf(key)))
+    if (isWithinMargin && isOverlapping(view, rowsOf(key)))
     {
-        news.kept.push_back(key);
+        delta.kept.push_back(key);
         return;
     }
-    if (m_despite.contains(key))
-        news.lifted.push_back(key);
-    if (isNear)
-        news.apart.push_back(rowsOf(key));
+    if (m_filterExempt.contains(key))
+        delta.noLongerExempt.push_back(key);
+    if (isWithinMargin)
+        delta.hysteresis.push_back(rowsOf(key));
 }
 
-/// @param isSure whether the boxes were not compared one by one, so that the migrated ones are unknown
-void ColumnGridBackend::updateJumped(const ProxyView& view, bool isSure)
+/// @param isComparisonSkipped whether the boxes were not compared one by one, so that the migrated ones are unknown
+void ColumnGridBackend::updateTeleported(const ProxyView& view, bool isComparisonSkipped)
 {
     for (KeyList& list : m_found)
         list.clear();
     sortOverlapping();
-    JumpedSink sink(*this, view);
-    if (isSure)
+    TeleportedSink sink(*this, view);
+    if (isComparisonSkipped)
     {
         const double refilling = ModePolicy::kCostOfRefill * view.size;
-        decide("", view.dirtyCount, refilling, refilling + ModePolicy::kCostOfStray * view.dirtyCount);
+        recordDecision("", view.dirtyCount, refilling,
+                       refilling + ModePolicy::kCostOfMigrated * view.dirtyCount);
     }
-    m_hasJumped = scanMoving(view, true, !isSure, sink);
+    m_hasTeleported = scanMoving(view, true, !isComparisonSkipped, sink);
     m_stats.decision.reason = "most boxes jumped";
-    m_sorts[0].sortRows(m_workers, m_found, view.size, m_sorted);
-    const unsigned tasks = m_workers.tasksFor(m_sorted.size(), kCompareGrain);
+    m_sorts[0].sortRows(m_workers, m_found, view.size, m_nextOverlapping);
+    const unsigned tasks = m_workers.tasksFor(m_nextOverlapping.size(), kCompareGrain);
     m_workers.run(
         tasks, [&](unsigned task)
         { compareLists(view, firstRowOf(view, task, tasks), firstRowOf(view, task + 1, tasks), task); });
-    takeNews();
-    // m_sorted keeps its length for the next list, which is about as long.
-    m_overlapping.swap(m_sorted);
+    mergeThreadDeltas();
+    // m_nextOverlapping keeps its length for the next list, which is about as long.
+    m_overlapping.swap(m_nextOverlapping);
     m_hasOverlapping = true;
     m_isOverlappingSorted = true;
     for (KeyList& list : m_found)

@@ -7,52 +7,53 @@
 
 namespace cullet
 {
-void ColumnGridBackend::clearNews()
+void ColumnGridBackend::clearThreadDeltas()
 {
-    for (PairNews& news : m_news)
+    for (ThreadDelta& delta : m_threadDeltas)
     {
-        news.apart.clear();
-        news.held.clear();
-        news.despite.clear();
-        news.lifted.clear();
-        news.kept.clear();
+        delta.hysteresis.clear();
+        delta.held.clear();
+        delta.newlyExempt.clear();
+        delta.noLongerExempt.clear();
+        delta.kept.clear();
     }
 }
 
 /// Records a held pair that no longer overlaps: it stays while its boxes overlap with the margin.
-void ColumnGridBackend::part(const ProxyView& view, RowPair pair, bool isNear, unsigned worker)
+void ColumnGridBackend::separatePair(const ProxyView& view, RowPair pair, bool isWithinMargin,
+                                     unsigned worker)
 {
-    if (!m_despite.isEmpty() && m_despite.contains(PairSet::keyOf(pair.a, pair.b)))
-        m_news[worker].lifted.push_back(PairSet::keyOf(pair.a, pair.b));
-    if (isNear)
-        m_news[worker].apart.push_back(pair);
+    if (!m_filterExempt.isEmpty() && m_filterExempt.contains(PairSet::keyOf(pair.a, pair.b)))
+        m_threadDeltas[worker].noLongerExempt.push_back(PairSet::keyOf(pair.a, pair.b));
+    if (isWithinMargin)
+        m_threadDeltas[worker].hysteresis.push_back(pair);
     else
         m_removed[worker].push(idsOf(view, pair));
 }
 
 /// Merges the changes that the threads recorded.
-void ColumnGridBackend::takeNews()
+void ColumnGridBackend::mergeThreadDeltas()
 {
-    m_apart.clear();
-    for (PairNews& news : m_news)
+    m_hysteresisPairs.clear();
+    for (ThreadDelta& delta : m_threadDeltas)
     {
-        m_apart.insert(m_apart.end(), news.apart.begin(), news.apart.end());
-        for (const std::uint64_t key : news.lifted)
-            m_despite.erase(key);
-        trimRoom(news.apart);
-        news.held.trim();
+        m_hysteresisPairs.insert(m_hysteresisPairs.end(), delta.hysteresis.begin(), delta.hysteresis.end());
+        for (const std::uint64_t key : delta.noLongerExempt)
+            m_filterExempt.erase(key);
+        trimCapacity(delta.hysteresis);
+        delta.held.trim();
     }
-    trimRoom(m_apart);
+    trimCapacity(m_hysteresisPairs);
 }
 
 /// Merges the held pairs that overlap, if they were listed.
-void ColumnGridBackend::takeHeld(bool isListing)
+void ColumnGridBackend::mergeOverlapping(bool isListing)
 {
     m_overlapping.clear();
     m_hasOverlapping = isListing;
     m_isOverlappingSorted = false;
-    for (const PairNews& news : m_news)
-        m_overlapping.insert(m_overlapping.end(), news.held.begin(), news.held.end());
-    trimRoom(m_overlapping);
+    for (const ThreadDelta& delta : m_threadDeltas)
+        m_overlapping.insert(m_overlapping.end(), delta.held.begin(), delta.held.end());
+    trimCapacity(m_overlapping);
 }
 }  // namespace cullet

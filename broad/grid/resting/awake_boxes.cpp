@@ -20,108 +20,109 @@ constexpr std::uint32_t kWorthUpdates = 3;
 constexpr std::uint32_t kWait = 16;
 }  // namespace
 
-/// Whether m_between holds all pairs that may change.
-bool ColumnGridBackend::isBetweenValid() const
+/// Whether m_awakePairs holds all pairs that may change.
+bool ColumnGridBackend::areAwakePairsValid() const
 {
     return std::none_of(m_parts.begin(), m_parts.end(),
-                        [](const NeighbourPart& part) { return part.hasStray || !part.strangers.empty(); });
+                        [](const NeighbourPart& part)
+                        { return part.hasLeftSkin || !part.unlistedPairs.empty(); });
 }
 
-void ColumnGridBackend::updateActive(const ProxyView& view)
+void ColumnGridBackend::updateAwake(const ProxyView& view)
 {
-    const auto count = static_cast<std::uint32_t>(m_active.size());
+    const auto count = static_cast<std::uint32_t>(m_awake.size());
     const bool isShared = m_workers.tasksFor(count, kQueryGrain) > 1;
     // Many boxes have become awake, or boxes have moved far since the last ordering.
     const bool isReordered = count > m_orderedCount + m_orderedCount / 8 || ++m_orderedAge > kOrderedUpdates;
     if (isReordered)
-        orderActive(view, isShared ? kPartsPerThread * m_workers.threads() : 1);
-    const bool isNew = isReordered || !m_escaped.empty();
+        orderAwake(view, isShared ? kPartsPerThread * m_workers.threads() : 1);
+    const bool isNew = isReordered || !m_outsideSkin.empty();
     if (isNew)
-        chooseBetweenReach();
+        chooseAwakePairsSkin();
     CollectingSink sink(m_workers.threads());
     // Few awake boxes are scanned by one thread while others update the lists, many by all threads.
-    const unsigned scans = isNew && isShared && m_activeGrid.isForOneThread(count) ? 1 : 0;
+    const unsigned scans = isNew && isShared && m_awakeGrid.isForOneThread(count) ? 1 : 0;
     m_workers.run(scans + static_cast<unsigned>(m_parts.size()),
                   [&](unsigned task, unsigned worker)
                   {
                       if (task < scans)
-                          scanBetween(view, sink);
+                          scanAwake(view, sink);
                       else
                           updateLists(view, task - scans, worker);
                   });
     for (const NeighbourPart& part : m_parts)
-        m_stats.candidates += part.pairs.size() - part.goneCount;
-    if (!isNew && isBetweenValid())
+        m_stats.candidates += part.pairs.size() - part.expiredCount;
+    if (!isNew && areAwakePairsValid())
     {
-        ++m_betweenAge;
-        m_stats.candidates += m_between.size();
-        updateAllWatched(view, m_between, 0);
+        ++m_awakePairsAge;
+        m_stats.candidates += m_awakePairs.size();
+        updateChangeablePairs(view, m_awakePairs, 0);
         return;
     }
     if (!isNew)
-        chooseBetweenReach();
+        chooseAwakePairsSkin();
     if (scans == 0)
-        scanBetween(view, sink);
-    rebuildBetween(view, sink);
+        scanAwake(view, sink);
+    rebuildAwakePairs(view, sink);
 }
 
 /// Chooses the mean skin of the neighbour lists; none where the list would not last, since boxes become awake in
 /// nearly every update or are fast.
-void ColumnGridBackend::chooseBetweenReach()
+void ColumnGridBackend::chooseAwakePairsSkin()
 {
-    if (m_betweenReach > 0.0f)
-        m_betweenWait = m_betweenAge < kWorthUpdates ? kWait : 0;
-    else if (m_betweenWait != 0)
-        --m_betweenWait;
-    m_betweenReach = 0;
-    if (m_betweenWait == 0)
+    if (m_awakePairsSkin > 0.0f)
+        m_awakePairsWait = m_awakePairsAge < kWorthUpdates ? kWait : 0;
+    else if (m_awakePairsWait != 0)
+        --m_awakePairsWait;
+    m_awakePairsSkin = 0;
+    if (m_awakePairsWait == 0)
     {
         double sum = 0;
         for (const NeighbourList& list : m_lists)
-            sum += std::max(list.reach, 0.0f);
-        m_betweenReach = static_cast<float>(sum / static_cast<double>(m_lists.size()));
+            sum += std::max(list.skin, 0.0f);
+        m_awakePairsSkin = static_cast<float>(sum / static_cast<double>(m_lists.size()));
     }
-    m_betweenAge = 0;
+    m_awakePairsAge = 0;
 }
 
-/// Finds all pairs of awake boxes that can overlap while no awake box moves farther than m_betweenReach, and the
+/// Finds all pairs of awake boxes that can overlap while no awake box moves farther than m_awakePairsSkin, and the
 /// pairs with unbounded boxes.
-void ColumnGridBackend::scanBetween(const ProxyView& view, CollectingSink& sink)
+void ColumnGridBackend::scanAwake(const ProxyView& view, CollectingSink& sink)
 {
     GridInput input;
     input.boxes = view.boxes;
-    input.ids = m_active.data();
-    input.count = static_cast<std::uint32_t>(m_active.size());
-    input.grow = kGrowFactor * m_betweenReach;
-    m_activeGrid.scan(input, sink, RowUse::Once);
+    input.proxyRows = m_awake.data();
+    input.count = static_cast<std::uint32_t>(m_awake.size());
+    input.grow = kGrowFactor * m_awakePairsSkin;
+    m_awakeGrid.scan(input, sink, ColumnUse::Once);
     findPairsWithUnbounded(view, sink);
 }
 
 void ColumnGridBackend::findPairsWithUnbounded(const ProxyView& view, CollectingSink& sink) const
 {
-    const float reach = kGrowFactor * std::max(m_betweenReach, m_slack);
+    const float skin = kGrowFactor * std::max(m_awakePairsSkin, m_skin);
     for (const std::uint32_t large : m_grid.unbounded())
     {
-        if (m_states[large] != RowState::Settled)
+        if (m_states[large] != RowState::Resting)
             continue;
-        for (const std::uint32_t row : m_active)
+        for (const std::uint32_t row : m_awake)
         {
-            if (isValid(view.boxes[row]) && !areFarApart(view.boxes[row], view.boxes[large], reach))
+            if (isValid(view.boxes[row]) && !areFarApart(view.boxes[row], view.boxes[large], skin))
                 sink.add({row, large});
         }
     }
 }
 
-void ColumnGridBackend::rebuildBetween(const ProxyView& view, const CollectingSink& sink)
+void ColumnGridBackend::rebuildAwakePairs(const ProxyView& view, const CollectingSink& sink)
 {
-    m_betweenBoxes.resize(m_active.size());
-    std::transform(m_active.begin(), m_active.end(), m_betweenBoxes.begin(),
+    m_awakePairsBoxes.resize(m_awake.size());
+    std::transform(m_awake.begin(), m_awake.end(), m_awakePairsBoxes.begin(),
                    [&](std::uint32_t row) { return view.boxes[row]; });
     std::vector<RowPair> held;
-    m_between.forEachHeld([&](RowPair pair) { held.push_back(pair); });
+    m_awakePairs.forEachHeld([&](RowPair pair) { held.push_back(pair); });
     for (const NeighbourPart& part : m_parts)
-        held.insert(held.end(), part.strangers.begin(), part.strangers.end());
-    m_between.clear();
-    watch(view, sink, held, m_between);
+        held.insert(held.end(), part.unlistedPairs.begin(), part.unlistedPairs.end());
+    m_awakePairs.clear();
+    classifyPairs(view, sink, held, m_awakePairs);
 }
 }  // namespace cullet

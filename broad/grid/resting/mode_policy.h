@@ -26,18 +26,18 @@ public:
     void begin(std::size_t rows) noexcept
     {
         m_moving = kCostOfMoving * static_cast<double>(rows);
-        m_spent = kCostOfSettling * static_cast<double>(rows);
+        m_spent = kCostOfRestingRefill * static_cast<double>(rows);
         m_saved = 0;
         m_isOpen = true;
     }
 
     /// Counts an update of the phase in which something changed.
     ///
-    /// @param active boxes outside their skins
-    /// @param quiet  boxes that moved inside their skins
-    void count(std::size_t active, std::size_t quiet) noexcept
+    /// @param awake boxes outside their skins
+    /// @param insideSkin  boxes that moved inside their skins
+    void count(std::size_t awake, std::size_t insideSkin) noexcept
     {
-        m_spent += costOfPhase(active, quiet);
+        m_spent += costOfPhase(awake, insideSkin);
         m_saved += m_moving;
     }
 
@@ -55,20 +55,21 @@ public:
     }
 
     /// Cost of one update of a phase; see count().
-    static double costOfPhase(std::size_t active, std::size_t quiet) noexcept
+    static double costOfPhase(std::size_t awake, std::size_t insideSkin) noexcept
     {
-        return kCostOfActive * static_cast<double>(active) + kCostOfQuiet * static_cast<double>(quiet);
+        return kCostOfAwakeMoving * static_cast<double>(awake) +
+               kCostOfInsideSkin * static_cast<double>(insideSkin);
     }
 
     /// Costs per box in nanoseconds of a 2023 server core. Only the ratios matter here; ParallelLoops uses the
     /// values.
-    static constexpr double kCostOfMoving = 60;   ///< in kept columns
-    static constexpr double kCostOfStray = 200;   ///< in addition, for a box that migrated to other cells
-    static constexpr double kCostOfRefill = 110;  ///< in columns that are cleared first
-    static constexpr double kCostOfSettling = 290;
-    static constexpr double kCostOfActive = 140;   ///< outside its skin and moving
-    static constexpr double kCostOfStranded = 45;  ///< outside its skin and at rest
-    static constexpr double kCostOfQuiet = 15;
+    static constexpr double kCostOfMoving = 60;     ///< in kept columns
+    static constexpr double kCostOfMigrated = 200;  ///< in addition, for a box that migrated to other cells
+    static constexpr double kCostOfRefill = 110;    ///< in columns that are cleared first
+    static constexpr double kCostOfRestingRefill = 290;
+    static constexpr double kCostOfAwakeMoving = 140;  ///< outside its skin and moving
+    static constexpr double kCostOfAwakeAtRest = 45;   ///< outside its skin and at rest
+    static constexpr double kCostOfInsideSkin = 15;
 
 private:
     static constexpr std::uint32_t kShortestWait = 32;

@@ -17,19 +17,19 @@ namespace
 constexpr std::uint32_t kPrefetch = 32;
 // Skin of a list, as a share of the shortest edge of its box: a list lasts some eleven updates in W3, with two and a
 // half times as many neighbours as overlapping boxes.
-constexpr float kReachShare = 0.35f;
+constexpr float kListSkinShare = 0.35f;
 // A box that moved farther than so many skins of its list is too fast for lists.
 constexpr float kSlowShare = 2.0f;
 // Expired pairs stay in memory until there are so many more of them than others.
-constexpr std::size_t kMostGone = 256;
+constexpr std::size_t kMaxExpired = 256;
 
 /// Skin of the list of a box.
-float reachOf(const Aabb& box)
+float listSkinOf(const Aabb& box)
 {
     float edge = std::numeric_limits<float>::infinity();
     for (int axis = 0; axis < 3; ++axis)
         edge = std::min(edge, box.max[axis] - box.min[axis]);
-    return std::isfinite(edge) ? kReachShare * edge : 0.0f;
+    return std::isfinite(edge) ? kListSkinShare * edge : 0.0f;
 }
 }  // namespace
 
@@ -47,7 +47,7 @@ public:
         for (std::uint32_t i = 0; i < found.count; ++i)
         {
             const RowPair pair = found.pair(i);
-            if (m_backend.m_states[pair.b] == RowState::Settled)
+            if (m_backend.m_states[pair.b] == RowState::Resting)
                 add(pair.a, pair.b);
         }
     }
@@ -56,7 +56,7 @@ private:
     void add(std::uint32_t query, std::uint32_t row)
     {
         const std::uint32_t index = m_part.stale[query];
-        const RowPair pair = {m_backend.m_active[index], row};
+        const RowPair pair = {m_backend.m_awake[index], row};
         const bool wasHeld = m_part.held.erase(std::uint64_t{query} << 32 | row);
         if (!wasHeld && !mayEnter(m_view, pair))
             return;
@@ -64,7 +64,7 @@ private:
         if (list.count == 0)
             list.begin = static_cast<std::uint32_t>(m_part.pairs.size());
         ++list.count;
-        m_part.pairs.add(pair, wasHeld ? VerletPairs::State::Held : VerletPairs::State::Open);
+        m_part.pairs.add(pair, wasHeld ? VerletPairs::State::Overlapping : VerletPairs::State::Candidate);
     }
 
     ColumnGridBackend& m_backend;
@@ -78,7 +78,7 @@ TaskRange ColumnGridBackend::rangeOf(unsigned part) const
     const auto parts = static_cast<unsigned>(m_parts.size());
     TaskRange range(m_orderedCount, part, parts);
     if (part + 1 == parts)
-        range.end = static_cast<std::uint32_t>(m_active.size());
+        range.end = static_cast<std::uint32_t>(m_awake.size());
     return range;
 }
 
@@ -90,63 +90,64 @@ void ColumnGridBackend::updateLists(const ProxyView& view, unsigned part, unsign
     const TaskRange range = rangeOf(part);
     for (std::uint32_t i = range.begin; i < range.end; ++i)
     {
-        prefetchBox(view.boxes + m_active[std::min(i + kPrefetch, range.end - 1)]);
-        const Aabb& box = view.boxes[m_active[i]];
+        prefetchBox(view.boxes + m_awake[std::min(i + kPrefetch, range.end - 1)]);
+        const Aabb& box = view.boxes[m_awake[i]];
         const NeighbourList& list = m_lists[i];
-        if (list.reach < 0.0f || !isInsideShell(box, list.box, list.reach))
+        if (list.skin < 0.0f || !isInsideSkin(box, list.box, list.skin))
             to.stale.push_back(i);
-        to.hasStray |= i >= m_betweenBoxes.size() || !isInsideShell(box, m_betweenBoxes[i], m_betweenReach);
+        to.hasLeftSkin |=
+            i >= m_awakePairsBoxes.size() || !isInsideSkin(box, m_awakePairsBoxes[i], m_awakePairsSkin);
     }
-    if (!m_escaped.empty())
-        dropEscaped(to);
+    if (!m_outsideSkin.empty())
+        expireAwakePartners(to);
     makeLists(view, part, worker);
-    updateAllWatched(view, to.pairs, worker);
-    if (2 * to.goneCount > to.pairs.size() + kMostGone)
+    updateChangeablePairs(view, to.pairs, worker);
+    if (2 * to.expiredCount > to.pairs.size() + kMaxExpired)
         compactLists(part);
 }
 
-/// Expires the pairs whose resting box became awake; the held ones move to m_between.
-void ColumnGridBackend::dropEscaped(NeighbourPart& to) const
+/// Expires the pairs whose resting box became awake; the held ones move to m_awakePairs.
+void ColumnGridBackend::expireAwakePartners(NeighbourPart& to) const
 {
     for (std::size_t i = 0; i < to.pairs.size(); ++i)
     {
         const RowPair pair = to.pairs.pair(i);
-        if (m_states[pair.b] == RowState::Settled || to.pairs.state(i) == VerletPairs::State::Gone)
+        if (m_states[pair.b] == RowState::Resting || to.pairs.state(i) == VerletPairs::State::Expired)
             continue;
-        if (to.pairs.state(i) == VerletPairs::State::Held)
-            to.strangers.push_back(pair);
-        to.pairs.setState(i, VerletPairs::State::Gone);
-        ++to.goneCount;
+        if (to.pairs.state(i) == VerletPairs::State::Overlapping)
+            to.unlistedPairs.push_back(pair);
+        to.pairs.setState(i, VerletPairs::State::Expired);
+        ++to.expiredCount;
     }
 }
 
 /// Prepares the query for the neighbours of a box, and collects its held pairs.
-void ColumnGridBackend::askForList(const ProxyView& view, std::uint32_t index, NeighbourPart& to)
+void ColumnGridBackend::prepareListQuery(const ProxyView& view, std::uint32_t index, NeighbourPart& to)
 {
-    const Aabb& box = view.boxes[m_active[index]];
+    const Aabb& box = view.boxes[m_awake[index]];
     const std::uint64_t query = to.queries.size();
     NeighbourList& list = m_lists[index];
     const auto first = static_cast<std::ptrdiff_t>(to.keys.size());
     for (std::uint32_t i = list.begin; i < list.begin + list.count; ++i)
     {
-        if (to.pairs.state(i) == VerletPairs::State::Held)
+        if (to.pairs.state(i) == VerletPairs::State::Overlapping)
             to.keys.push_back(query << 32 | to.pairs.pair(i).b);
-        to.goneCount += to.pairs.state(i) == VerletPairs::State::Gone ? 0u : 1u;
-        to.pairs.setState(i, VerletPairs::State::Gone);
+        to.expiredCount += to.pairs.state(i) == VerletPairs::State::Expired ? 0u : 1u;
+        to.pairs.setState(i, VerletPairs::State::Expired);
     }
     std::sort(to.keys.begin() + first, to.keys.end());
 
     list.count = 0;
-    list.reach = NeighbourList::kUnmade;
+    list.skin = NeighbourList::kUnmade;
     if (!isValid(box))
     {
         to.queries.push_back(kEmptyAabb);
         return;
     }
-    const float reach = reachOf(box);
-    list.reach = isInsideShell(box, list.box, kSlowShare * reach) ? reach : 0.0f;
+    const float skin = listSkinOf(box);
+    list.skin = isInsideSkin(box, list.box, kSlowShare * skin) ? skin : 0.0f;
     list.box = box;
-    to.queries.push_back(ColumnGrid::grown(box, kGrowFactor * (list.reach + 2.0f * view.margin)));
+    to.queries.push_back(ColumnGrid::grown(box, kGrowFactor * (list.skin + 2.0f * view.margin)));
 }
 
 void ColumnGridBackend::makeLists(const ProxyView& view, unsigned part, unsigned worker)
@@ -155,35 +156,35 @@ void ColumnGridBackend::makeLists(const ProxyView& view, unsigned part, unsigned
     if (to.stale.empty())
         return;
     for (const std::uint32_t index : to.stale)
-        askForList(view, index, to);
+        prepareListQuery(view, index, to);
     to.held.take(to.keys);
     NeighbourSink sink(*this, view, to);
     m_grid.query(to.queries.data(), static_cast<std::uint32_t>(to.queries.size()), worker, sink);
     to.held.forEach(
         [&](std::uint64_t key)
         {
-            const RowPair pair = {m_active[to.stale[key >> 32]], static_cast<std::uint32_t>(key)};
+            const RowPair pair = {m_awake[to.stale[key >> 32]], static_cast<std::uint32_t>(key)};
             const Aabb& box = view.boxes[pair.a];
             if (isValid(box) && overlapsWithMargin(box, view.boxes[pair.b], view.margin))
-                to.strangers.push_back(pair);
+                to.unlistedPairs.push_back(pair);
             else
                 m_removed[worker].push(idsOf(view, pair));
         });
 }
 
-/// Begins the list of a box that just became awake, with its held pairs of m_settled.
+/// Begins the list of a box that just became awake, with its held pairs of m_restingPairs.
 void ColumnGridBackend::beginList(std::uint32_t row)
 {
     NeighbourPart& part = m_parts.back();
     const std::size_t begin = part.pairs.size();
-    m_settled.forEachOf(
+    m_restingPairs.forEachOf(
         row,
         [&](std::size_t index)
         {
-            const RowPair pair = m_settled.pair(index);
-            if (m_settled.state(index) != VerletPairs::State::Open)
-                part.pairs.add({row, pair.a == row ? pair.b : pair.a}, VerletPairs::State::Held);
-            m_settled.setState(index, VerletPairs::State::Gone);
+            const RowPair pair = m_restingPairs.pair(index);
+            if (m_restingPairs.state(index) != VerletPairs::State::Candidate)
+                part.pairs.add({row, pair.a == row ? pair.b : pair.a}, VerletPairs::State::Overlapping);
+            m_restingPairs.setState(index, VerletPairs::State::Expired);
         });
     m_lists.push_back({m_reference[row], NeighbourList::kUnmade, static_cast<std::uint32_t>(begin),
                        static_cast<std::uint32_t>(part.pairs.size() - begin)});
@@ -195,7 +196,7 @@ void ColumnGridBackend::moveList(const VerletPairs& from, NeighbourList& list, V
     const std::size_t begin = to.size();
     for (std::uint32_t i = list.begin; i < list.begin + list.count; ++i)
     {
-        if (from.state(i) != VerletPairs::State::Gone)
+        if (from.state(i) != VerletPairs::State::Expired)
             to.add(from.pair(i), from.state(i));
     }
     list.begin = static_cast<std::uint32_t>(begin);
@@ -209,30 +210,30 @@ void ColumnGridBackend::compactLists(unsigned part)
     for (std::uint32_t i = range.begin; i < range.end; ++i)
         moveList(m_parts[part].pairs, m_lists[i], pairs);
     m_parts[part].pairs = std::move(pairs);
-    m_parts[part].goneCount = 0;
+    m_parts[part].expiredCount = 0;
 }
 
 /// Orders awake boxes along the columns, and distributes them over the parts.
-void ColumnGridBackend::orderActive(const ProxyView& view, unsigned parts)
+void ColumnGridBackend::orderAwake(const ProxyView& view, unsigned parts)
 {
-    std::vector<std::uint32_t> partOf(m_active.size());
+    std::vector<std::uint32_t> partOf(m_awake.size());
     for (unsigned part = 0; part < m_parts.size(); ++part)
     {
         const TaskRange range = rangeOf(part);
         std::fill(partOf.begin() + range.begin, partOf.begin() + range.end, part);
     }
-    const std::vector<std::uint32_t> order = m_grid.orderAlongRows(view.boxes, m_active);
+    const std::vector<std::uint32_t> order = m_grid.orderAlongColumns(view.boxes, m_awake);
     const std::vector<NeighbourPart> from = std::exchange(m_parts, std::vector<NeighbourPart>(parts));
-    const std::vector<std::uint32_t> active = m_active;
+    const std::vector<std::uint32_t> awake = m_awake;
     const std::vector<NeighbourList> lists = m_lists;
-    m_orderedCount = m_active.size();
+    m_orderedCount = m_awake.size();
     m_orderedAge = 0;
     for (unsigned part = 0; part < parts; ++part)
     {
         const TaskRange range = rangeOf(part);
         for (std::uint32_t i = range.begin; i < range.end; ++i)
         {
-            m_active[i] = active[order[i]];
+            m_awake[i] = awake[order[i]];
             m_lists[i] = lists[order[i]];
             moveList(from[partOf[order[i]]].pairs, m_lists[i], m_parts[part].pairs);
         }

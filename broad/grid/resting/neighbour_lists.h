@@ -13,16 +13,16 @@
 namespace cullet
 {
 /// The pairs of an awake box with resting boxes that can enter or leave the pair set while no face of the box is
-/// farther than `reach` from where it was when the list was made.
+/// farther than `skin` from where it was when the list was made.
 ///
 /// This is a Verlet list (L. Verlet, Phys. Rev. 159, 98, 1967) with a skin of its own for each box.
 struct NeighbourList
 {
-    /// Value of `reach` for a list that has to be made; the list still holds its former pairs.
+    /// Value of `skin` for a list that has to be made; the list still holds its former pairs.
     static constexpr float kUnmade = -1.0f;
 
     Aabb box;  ///< the box when the list was made
-    float reach;
+    float skin;
     std::uint32_t begin;  ///< [count] among the pairs of a NeighbourPart
     std::uint32_t count;
 };
@@ -31,9 +31,9 @@ struct NeighbourList
 struct alignas(64) NeighbourPart
 {
     VerletPairs pairs;
-    std::size_t goneCount = 0;       ///< expired ones of `pairs`
-    std::vector<RowPair> strangers;  ///< held pairs that this update added to no list
-    bool hasStray = false;           ///< an awake box left the skin of the list of awake pairs
+    std::size_t expiredCount = 0;        ///< expired ones of `pairs`
+    std::vector<RowPair> unlistedPairs;  ///< held pairs that this update added to no list
+    bool hasLeftSkin = false;            ///< an awake box left the skin of the list of awake pairs
     // Scratch:
     std::vector<std::uint32_t> stale;  ///< awake boxes whose lists have to be made
     std::vector<Aabb> queries;         ///< [stale]
@@ -43,14 +43,14 @@ struct alignas(64) NeighbourPart
     void clear()
     {
         pairs.clear();
-        goneCount = 0;
+        expiredCount = 0;
         beginUpdate();
     }
 
     void beginUpdate()
     {
-        strangers.clear();
-        hasStray = false;
+        unlistedPairs.clear();
+        hasLeftSkin = false;
         stale.clear();
         queries.clear();
         keys.clear();
@@ -58,7 +58,7 @@ struct alignas(64) NeighbourPart
 
     std::uint64_t bytes() const
     {
-        return pairs.bytes() + strangers.capacity() * sizeof(RowPair) +
+        return pairs.bytes() + unlistedPairs.capacity() * sizeof(RowPair) +
                stale.capacity() * sizeof(std::uint32_t) + queries.capacity() * sizeof(Aabb) +
                keys.capacity() * sizeof(std::uint64_t) + held.bytes();
     }

@@ -13,15 +13,15 @@ void VerletPairs::clear()
     m_states.clear();
     m_offsets.clear();
     m_items.clear();
-    m_firstWatched = 0;
+    m_firstChangeable = 0;
 }
 
 void VerletPairs::add(RowPair pair, State state)
 {
     m_pairs.push_back(pair);
     m_states.push_back(state);
-    if (state == State::Sure)
-        m_firstWatched = m_pairs.size();
+    if (state == State::Persistent)
+        m_firstChangeable = m_pairs.size();
 }
 
 void VerletPairs::finish(std::uint32_t rowCount)
@@ -49,22 +49,22 @@ void VerletPairs::finish(std::uint32_t rowCount)
 
 std::size_t VerletPairs::changeableCount() const
 {
-    const auto first = m_states.begin() + static_cast<std::ptrdiff_t>(m_firstWatched);
+    const auto first = m_states.begin() + static_cast<std::ptrdiff_t>(m_firstChangeable);
     return static_cast<std::size_t>(
         std::count_if(first, m_states.end(), [](State state) { return isChangeable(state); }));
 }
 
-WatchSource VerletPairs::watchSource(const Aabb* boxes, float margin) const
+PairStateSource VerletPairs::pairStateSource(const Aabb* boxes, float margin) const
 {
     constexpr float kNever = std::numeric_limits<float>::infinity();
-    WatchSource source = {boxes,
-                          m_pairs.data(),
-                          reinterpret_cast<const std::uint8_t*>(m_states.data()),
-                          static_cast<std::uint32_t>(m_pairs.size()),
-                          {kNever, kNever, kNever, kNever},
-                          static_cast<std::uint8_t>(State::Open)};
-    source.limits[static_cast<int>(State::Open)] = 0.0f;
-    source.limits[static_cast<int>(State::Held)] = 2.0f * margin;
+    PairStateSource source = {boxes,
+                              m_pairs.data(),
+                              reinterpret_cast<const std::uint8_t*>(m_states.data()),
+                              static_cast<std::uint32_t>(m_pairs.size()),
+                              {kNever, kNever, kNever, kNever},
+                              static_cast<std::uint8_t>(State::Candidate)};
+    source.limits[static_cast<int>(State::Candidate)] = 0.0f;
+    source.limits[static_cast<int>(State::Overlapping)] = 2.0f * margin;
     return source;
 }
 

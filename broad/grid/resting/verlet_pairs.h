@@ -20,10 +20,10 @@ class VerletPairs
 public:
     enum class State : std::uint8_t
     {
-        Sure,
-        Held,
-        Open,
-        Gone  ///< one of the boxes left its skin; the pair has left this list
+        Persistent,
+        Overlapping,
+        Candidate,
+        Expired  ///< one of the boxes left its skin; the pair has left this list
     };
 
     void clear();
@@ -35,7 +35,7 @@ public:
     void finish(std::uint32_t rowCount);
 
     std::size_t size() const { return m_pairs.size(); }
-    std::size_t firstWatched() const { return m_firstWatched; }
+    std::size_t firstChangeable() const { return m_firstChangeable; }
     RowPair pair(std::size_t index) const { return m_pairs[index]; }
     State state(std::size_t index) const { return m_states[index]; }
     void setState(std::size_t index, State state) { m_states[index] = state; }
@@ -45,7 +45,7 @@ public:
     std::size_t changeableCount() const;
 
     /// Input of the kernel that finds the pairs that do so.
-    WatchSource watchSource(const Aabb* boxes, float margin) const;
+    PairStateSource pairStateSource(const Aabb* boxes, float margin) const;
 
     /// Calls visit(index) for every pair of a row that has not expired.
     template <class Visit>
@@ -55,7 +55,7 @@ public:
             return;
         for (std::uint32_t i = m_offsets[row]; i < m_offsets[row + 1]; ++i)
         {
-            if (m_states[m_items[i]] != State::Gone)
+            if (m_states[m_items[i]] != State::Expired)
                 visit(m_items[i]);
         }
     }
@@ -66,7 +66,7 @@ public:
     {
         for (std::size_t i = 0; i < m_pairs.size(); ++i)
         {
-            if (m_states[i] == State::Sure || m_states[i] == State::Held)
+            if (m_states[i] == State::Persistent || m_states[i] == State::Overlapping)
                 visit(m_pairs[i]);
         }
     }
@@ -74,11 +74,11 @@ public:
     std::uint64_t bytes() const;
 
 private:
-    static bool isChangeable(State state) { return state == State::Open || state == State::Held; }
+    static bool isChangeable(State state) { return state == State::Candidate || state == State::Overlapping; }
 
     std::vector<RowPair> m_pairs;
     std::vector<State> m_states;
-    std::size_t m_firstWatched = 0;
+    std::size_t m_firstChangeable = 0;
     std::vector<std::uint32_t> m_offsets;  // [rows + 1] into m_items
     std::vector<std::uint32_t> m_items;    // pair indices, each twice
 };

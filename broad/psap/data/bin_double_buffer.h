@@ -37,13 +37,13 @@ public:
     }
 
     /// Records that the other set has been cleared.
-    void noteSearched() { m_isClear = true; }
+    void markOtherClear() { m_isClear = true; }
     /// In place of begin(), for an update that ran without it.
     void swap() { m_current = 1 - m_current; }
 
-    RowBinSet current() const { return set(m_current); }
-    RowBinSet other() const { return set(1 - m_current); }
-    const std::uint32_t* sideCount() const { return &m_totals[m_current].data()->sides; }
+    BinSet current() const { return set(m_current); }
+    BinSet other() const { return set(1 - m_current); }
+    const std::uint32_t* unboundedCount() const { return &m_totals[m_current].data()->unboundedCount; }
     /// Index of the set of launches that the next update uses, of two.
     unsigned nextPhase() const { return 1 - m_current; }
 
@@ -51,7 +51,7 @@ private:
     template <class T>
     using Buffer = typename Exec::template Buffer<T>;
 
-    RowBinSet set(unsigned which) const { return {m_counts[which].data(), m_totals[which].data()}; }
+    BinSet set(unsigned which) const { return {m_counts[which].data(), m_totals[which].data()}; }
 
     void clear(Exec& exec)
     {

@@ -13,7 +13,7 @@
 namespace cullet::psap
 {
 /// Reported in place of the number of pairs where a bin was full.
-inline constexpr std::uint64_t kSpilled = 1ull << 63;
+inline constexpr std::uint64_t kOverflowed = 1ull << 63;
 
 /// Most records in a bin.
 inline constexpr std::uint32_t kBinRoom = 12;
@@ -21,52 +21,52 @@ inline constexpr std::uint32_t kBinRoom = 12;
 /// Totals over all bins. Aligned, so that a GPU loads them at once.
 struct alignas(16) BinTotals
 {
-    std::uint32_t sides;    ///< boxes on the list of unbounded boxes
-    std::uint32_t spilled;  ///< boxes whose bin was full
-    std::uint32_t spares;   ///< boxes on the overflow level, which is usually empty
+    std::uint32_t unboundedCount;      ///< boxes on the list of unbounded boxes
+    std::uint32_t overflowed;          ///< boxes whose bin was full
+    std::uint32_t overflowLevelCount;  ///< boxes on the overflow level, which is usually empty
     std::uint32_t padding;
 };
 
 /// Bins and their totals. There are two sets: one is filled and searched while the other one is cleared.
-struct RowBinSet
+struct BinSet
 {
     std::uint32_t* counts;  ///< [bins] 0 before the update
     BinTotals* totals;      ///< 0 before the update
 };
 
 /// Step 1: writes the record of box i into its bin.
-struct PlaceRows
+struct PlaceInBins
 {
-    static constexpr bool kLetsNextStart = true;  ///< of SearchFixedBins, which waits for this step
+    static constexpr bool kTriggersDependentLaunch = true;  ///< of SearchFixedBins, which waits for this step
 
-    RowBins bins;
-    RowBinSet set;
+    BinFinder bins;
+    BinSet set;
     std::uint32_t room;
-    RowRecord* records;        ///< [bins * room, out]
+    SortRecord* records;       ///< [bins * room, out]
     std::uint64_t* pairCount;  ///< set to 0, or null
 
     CULLET_HOST_DEVICE void operator()(std::uint64_t i) const
     {
         if (i == 0 && pairCount != nullptr)
             *pairCount = 0;
-        const RowBins::Known ahead = bins.known();
+        const BinFinder::Preloaded preloaded = bins.preload();
         const Aabb box = loadBox(bins.boxes, i);
-        const std::uint32_t bin = bins.take(ahead, i, box);
-        storeRecord(records, placeIn(bin, ahead.plan.spareBin),
-                    recordOf(box, ahead.plan.axes, static_cast<std::uint32_t>(i), bin));
+        const std::uint32_t bin = bins.findBin(preloaded, i, box);
+        storeRecord(records, placeIn(bin, preloaded.plan.overflowBin),
+                    recordOf(box, preloaded.plan.axes, static_cast<std::uint32_t>(i), bin));
     }
 
 private:
-    CULLET_HOST_DEVICE std::uint32_t placeIn(std::uint32_t bin, std::uint32_t spareBin) const
+    CULLET_HOST_DEVICE std::uint32_t placeIn(std::uint32_t bin, std::uint32_t overflowBin) const
     {
         if (bin == kNoBin)
             return kNoPlace;
-        if (bin >= spareBin)
-            fetchAdd(&set.totals->spares, 1u);
+        if (bin >= overflowBin)
+            fetchAdd(&set.totals->overflowLevelCount, 1u);
         const std::uint32_t rank = fetchAdd(&set.counts[bin], 1u);
         if (rank < room)
             return bin * room + rank;
-        fetchAdd(&set.totals->spilled, 1u);
+        fetchAdd(&set.totals->overflowed, 1u);
         return kNoPlace;
     }
 };
@@ -93,13 +93,13 @@ struct BinRange
 
 /// Step 2: as SearchSorted, for the records of a bin.
 template <class IsNew, std::uint32_t kSharers>
-struct SearchBins
+struct SearchFixedBins
 {
     static constexpr std::uint32_t kMostRoom = kBinRoom;
 
-    RowPartners<IsNew, TestAtOnce> partners;
-    RowBinSet set;
-    RowBinSet other;  ///< cleared for the next update
+    PartnerSearch<IsNew, TestAllAxes> partners;
+    BinSet set;
+    BinSet other;  ///< cleared for the next update
     std::uint32_t room;
     std::uint64_t* pairCount;  ///< set to kOverflowed where a bin was full
 
@@ -118,18 +118,18 @@ struct SearchBins
     template <class Emit>
     CULLET_HOST_DEVICE void begin(std::uint32_t bin, Emit& emit) const
     {
-        if (bin == 0 && set.totals->spilled != 0)
-            *pairCount = kSpilled;
-        const std::uint32_t sides = set.totals->spilled != 0 ? 0 : set.totals->sides;
-        if (bin < sides)
-            partners.searchSide(partners.side[bin], bin + 1, sides, 1, emit);
+        if (bin == 0 && set.totals->overflowed != 0)
+            *pairCount = kOverflowed;
+        const std::uint32_t unboundedCount = set.totals->overflowed != 0 ? 0 : set.totals->unboundedCount;
+        if (bin < unboundedCount)
+            partners.searchUnbounded(partners.unbounded[bin], bin + 1, unboundedCount, 1, emit);
     }
 
     /// Number of records of the bin that are searched.
     CULLET_HOST_DEVICE std::uint32_t countOf(std::uint32_t bin) const
     {
         const std::uint32_t count = set.counts[bin];  // loaded together with the totals
-        return set.totals->spilled != 0 ? 0 : count;
+        return set.totals->overflowed != 0 ? 0 : count;
     }
 
     /// @param slot     slot of the record in the bin
@@ -140,24 +140,24 @@ struct SearchBins
                                        bool isRecord, Emit& emit) const
     {
         const BinTotals totals = *set.totals;
-        const auto entryTest = partners.isNew.ready();
-        const RowRecord self = partners.records[bin * room + slot];
-        const std::uint32_t levels = partners.plan->levelCount - (totals.spares == 0 ? 1 : 0);
+        const auto entryTest = partners.isNew.preloaded();
+        const SortRecord self = partners.records[bin * room + slot];
+        const std::uint32_t levels = partners.plan->levelCount - (totals.overflowLevelCount == 0 ? 1 : 0);
         std::uint32_t k = 0;
         do  // there is at least one level, so the first one is loaded while `levels` is computed
         {
-            const RowLevel level = partners.plan->levels[k];
-            const bool isSeen = isRecord && bin < level.endBin;
-            if (!emit.any(isSeen))
+            const PlanLevel level = partners.plan->levels[k];
+            const bool isSearched = isRecord && bin < level.endBin;
+            if (!emit.any(isSearched))
                 continue;
             const bool isOwn = bin >= level.firstBin;
-            RowCells cells = partners.cellsAround(self, level, isOwn);
-            cells.count = isSeen ? cells.count : 0;
+            CellsAround cells = partners.cellsAround(self, level, isOwn);
+            cells.count = isSearched ? cells.count : 0;
             search(self, level, cells, share, isOwn ? Place{bin, slot + 1} : Place{0, 0}, entryTest, emit);
         } while (++k < levels);
         report(self, entryTest, emit);
-        if (isRecord && totals.sides != 0)
-            partners.searchSide(self.back.row, share, totals.sides, kSharers, emit);
+        if (isRecord && totals.unboundedCount != 0)
+            partners.searchUnbounded(self.back.row, share, totals.unboundedCount, kSharers, emit);
     }
 
 private:
@@ -171,8 +171,9 @@ private:
     ///
     /// @param successor on the record's own level, the place after the record
     template <class Test, class Emit>
-    CULLET_HOST_DEVICE void search(const RowRecord& self, const RowLevel& level, RowCells cells,
-                                   std::uint32_t share, Place behind, const Test& entryTest, Emit& emit) const
+    CULLET_HOST_DEVICE void search(const SortRecord& self, const PlanLevel& level, CellsAround cells,
+                                   std::uint32_t share, Place successor, const Test& entryTest,
+                                   Emit& emit) const
     {
         const std::uint32_t bin0 =
             level.firstBin + binAlong(*partners.plan, level, self.front.s0 - level.reach);
@@ -183,8 +184,8 @@ private:
                 return {0, 0, 0, 0, 0};
             const std::uint32_t cell = cells.index() * level.binCount;
             const Place from = {cell + bin0, 0};
-            const bool isCut = (k == 0 || level.isRoomy == 0) && behind.bin >= from.bin;
-            return rangeBetween(isCut ? behind : from, cell + bin1);
+            const bool isCut = (k == 0 || level.isWrapFree == 0) && successor.bin >= from.bin;
+            return rangeBetween(isCut ? successor : from, cell + bin1);
         };
         cells.skip(share);
         BinRange next = rangeOf(share);
@@ -205,7 +206,7 @@ private:
 
     /// Tests the record against the records of a range, and keeps those that overlap it.
     template <class Test, class Emit>
-    CULLET_HOST_DEVICE void scan(const RowRecord& self, const BinRange& range, const Test& entryTest,
+    CULLET_HOST_DEVICE void scan(const SortRecord& self, const BinRange& range, const Test& entryTest,
                                  Emit& emit) const
     {
         const std::uint32_t count = range.size();
@@ -221,8 +222,8 @@ private:
             {
                 const std::uint32_t firstPlace = range.at(k, room);
                 const std::uint32_t secondPlace = range.at(k + 1, room);
-                const RowRecord first = loadRecord(partners.records, firstPlace);
-                const RowRecord second = loadRecord(partners.records, secondPlace);
+                const SortRecord first = loadRecord(partners.records, firstPlace);
+                const SortRecord second = loadRecord(partners.records, secondPlace);
                 const bool isFirst = meets(self, first);
                 const bool isSecond = meets(self, second) & (k + 1 < count);
                 if (isFirst)
@@ -242,7 +243,7 @@ private:
 
     /// Appends the kept pairs that enter.
     template <class Test, class Emit>
-    CULLET_HOST_DEVICE void report(const RowRecord& self, const Test& entryTest, Emit& emit) const
+    CULLET_HOST_DEVICE void report(const SortRecord& self, const Test& entryTest, Emit& emit) const
     {
         if constexpr (kKeepsRows)
             emit.appendKept(self.back.row);

@@ -22,52 +22,52 @@ CULLET_HOST_DEVICE inline std::uint32_t wrapped(std::int32_t cell, std::uint32_t
     return static_cast<std::uint32_t>(rest < 0 ? rest + static_cast<std::int32_t>(count) : rest);
 }
 
-CULLET_HOST_DEVICE inline std::uint32_t binAlong(const RowPlanHead& plan, const RowLevel& level, float s)
+CULLET_HOST_DEVICE inline std::uint32_t binAlong(const PlanHead& plan, const PlanLevel& level, float s)
 {
     return clampedCell(s, plan.originS, level.inverseBin, level.binCount);
 }
 
 /// Cells of a level in serpentine (boustrophedon) order, and the bins of each cell likewise, so that consecutive bins
 /// are adjacent in space.
-CULLET_HOST_DEVICE inline std::uint32_t serpentineCell(const RowLevel& level, std::uint32_t u,
+CULLET_HOST_DEVICE inline std::uint32_t serpentineCell(const PlanLevel& level, std::uint32_t u,
                                                        std::uint32_t v)
 {
     return v * level.countU + (v % 2 == 0 ? u : level.countU - 1 - u);
 }
 
-CULLET_HOST_DEVICE inline std::uint32_t serpentineBin(const RowLevel& level, std::uint32_t cell,
+CULLET_HOST_DEVICE inline std::uint32_t serpentineBin(const PlanLevel& level, std::uint32_t cell,
                                                       std::uint32_t bin)
 {
     return cell % 2 == 0 ? bin : level.binCount - 1 - bin;
 }
 
 /// Bin of a box, and its rank there.
-struct alignas(8) RowPlace
+struct alignas(8) BinRank
 {
     std::uint32_t bin;   ///< kNoBin: in no bin
     std::uint32_t rank;  ///< rank in the bin, in the order of arrival
 };
 
 /// Totals over all records. Aligned, so that a GPU loads them at once.
-struct alignas(16) RowTotals
+struct alignas(16) SortTotals
 {
-    std::uint32_t sidesFound;  ///< unbounded boxes found so far; 0 before an update
-    std::uint32_t sides;       ///< boxes on the list of unbounded boxes
+    std::uint32_t unboundedFound;  ///< unbounded boxes found so far; 0 before an update
+    std::uint32_t unboundedCount;  ///< boxes on the list of unbounded boxes
     std::uint32_t records;
     std::uint32_t levels;  ///< levels in use; the coarser ones are empty
 };
 
 /// Resets counters between the step that finds the bins and the search. One index of a step in between does this,
 /// since a separate launch would cost more time.
-struct RowTidying
+struct SortCleanup
 {
-    RowTotals* totals;
+    SortTotals* totals;
     std::uint64_t* pairCount;  ///< set to 0, or null
 
     CULLET_HOST_DEVICE void operator()() const
     {
-        totals->sides = totals->sidesFound;
-        totals->sidesFound = 0;
+        totals->unboundedCount = totals->unboundedFound;
+        totals->unboundedFound = 0;
         if (pairCount != nullptr)
             *pairCount = 0;
     }
@@ -81,56 +81,57 @@ struct RowTidying
 };
 
 /// Finds the bin of a box.
-struct RowBins
+struct BinFinder
 {
     const Aabb* boxes;
     const LevelPlan* plan;
-    std::uint32_t* side;  ///< [boxes, out] list of unbounded boxes
-    std::uint32_t* sideCount;
+    std::uint32_t* unbounded;  ///< [boxes, out] list of unbounded boxes
+    std::uint32_t* unboundedCount;
 
     /// The part of the plan that most boxes need. Loaded before the box, so that a GPU waits for both loads at once.
-    struct Known
+    struct Preloaded
     {
-        RowPlanHead plan;
-        RowLevel finest;
+        PlanHead plan;
+        PlanLevel finest;
     };
-    CULLET_HOST_DEVICE Known known() const { return {*plan, plan->levels[0]}; }
+    CULLET_HOST_DEVICE Preloaded preload() const { return {*plan, plan->levels[0]}; }
 
     /// @return kNoBin for invalid boxes, and for boxes without a level, which are appended to the list of unbounded
     ///     boxes
-    CULLET_HOST_DEVICE std::uint32_t take(std::uint64_t i) const
+    CULLET_HOST_DEVICE std::uint32_t findBin(std::uint64_t i) const
     {
-        const Known ahead = known();
-        return take(ahead, i, loadBox(boxes, i));
+        const Preloaded preloaded = preload();
+        return findBin(preloaded, i, loadBox(boxes, i));
     }
     /// @param box box i
-    CULLET_HOST_DEVICE std::uint32_t take(const Known& ahead, std::uint64_t i, const Aabb& box) const
+    CULLET_HOST_DEVICE std::uint32_t findBin(const Preloaded& preloaded, std::uint64_t i,
+                                             const Aabb& box) const
     {
-        const std::uint32_t bin = isValid(box) ? binOf(ahead, box) : kNoBin;
+        const std::uint32_t bin = isValid(box) ? binOf(preloaded, box) : kNoBin;
         if (bin != kNoLevel)
             return bin;
-        side[fetchAdd(sideCount, 1u)] = static_cast<std::uint32_t>(i);
+        unbounded[fetchAdd(unboundedCount, 1u)] = static_cast<std::uint32_t>(i);
         return kNoBin;
     }
 
 private:
     static constexpr std::uint32_t kNoLevel = kNoBin - 1;
 
-    CULLET_HOST_DEVICE std::uint32_t binOf(const Known& ahead, const Aabb& box) const
+    CULLET_HOST_DEVICE std::uint32_t binOf(const Preloaded& preloaded, const Aabb& box) const
     {
         const float extent = boundedExtent(box);
-        RowLevel level = ahead.finest;
-        for (std::uint32_t k = 0; k < ahead.plan.levelCount;)
+        PlanLevel level = preloaded.finest;
+        for (std::uint32_t k = 0; k < preloaded.plan.levelCount;)
         {
             if (extent <= level.limit)
-                return binOn(ahead.plan, level, box);
-            if (++k < ahead.plan.levelCount)
+                return binOn(preloaded.plan, level, box);
+            if (++k < preloaded.plan.levelCount)
                 level = plan->levels[k];
         }
         return kNoLevel;
     }
 
-    CULLET_HOST_DEVICE static std::uint32_t binOn(const RowPlanHead& plan, const RowLevel& level,
+    CULLET_HOST_DEVICE static std::uint32_t binOn(const PlanHead& plan, const PlanLevel& level,
                                                   const Aabb& box)
     {
         const float u = along(box.min, plan.axes.u);
@@ -151,21 +152,21 @@ private:
 };
 
 /// Step 1: finds the bin of box i and its rank there.
-struct CountRows
+struct CountIntoBins
 {
-    RowBins bins;
-    RowPlace* places;          ///< [boxes, out]
+    BinFinder bins;
+    BinRank* places;           ///< [boxes, out]
     std::uint32_t* binCounts;  ///< [bins] 0 before the step
 
     CULLET_HOST_DEVICE void operator()(std::uint64_t i) const
     {
-        const std::uint32_t bin = bins.take(i);
+        const std::uint32_t bin = bins.findBin(i);
         places[i] = {bin, bin == kNoBin ? 0 : fetchAdd(&binCounts[bin], 1u)};
     }
 };
 
 /// A box in the layout of the search: 16 bytes that decide most tests, and 16 more.
-struct alignas(16) RowRecord
+struct alignas(16) SortRecord
 {
     struct alignas(16) Front
     {
@@ -181,8 +182,8 @@ struct alignas(16) RowRecord
     Back back;
 };
 
-CULLET_HOST_DEVICE inline RowRecord recordOf(const Aabb& box, const Axes& axes, std::uint32_t row,
-                                             std::uint32_t bin)
+CULLET_HOST_DEVICE inline SortRecord recordOf(const Aabb& box, const Axes& axes, std::uint32_t row,
+                                              std::uint32_t bin)
 {
     return {{along(box.min, axes.s), along(box.max, axes.s), along(box.min, axes.u), along(box.max, axes.u)},
             {along(box.min, axes.v), along(box.max, axes.v), row, bin}};
@@ -207,7 +208,7 @@ __device__ inline float4 either(bool isFirst, const float4& a, const float4& b)
 /// records[place] = record, except where the place is kNoPlace. On a GPU two lanes write their two records together,
 /// a half of each, since a store of half a 32-byte sector costs as much as one of a whole sector.
 inline constexpr std::uint32_t kNoPlace = 0xffffffffu;
-CULLET_HOST_DEVICE inline void storeRecord(RowRecord* records, std::uint32_t place, const RowRecord& record)
+CULLET_HOST_DEVICE inline void storeRecord(SortRecord* records, std::uint32_t place, const SortRecord& record)
 {
 #ifdef __CUDA_ARCH__
     constexpr unsigned kAll = 0xffffffffu;
@@ -236,7 +237,7 @@ CULLET_HOST_DEVICE inline void storeRecord(RowRecord* records, std::uint32_t pla
 }
 
 /// A record. On a GPU both halves are loaded before either is used, which the compiler would not do by itself.
-CULLET_HOST_DEVICE inline RowRecord loadRecord(const RowRecord* records, std::uint32_t place)
+CULLET_HOST_DEVICE inline SortRecord loadRecord(const SortRecord* records, std::uint32_t place)
 {
 #ifdef __CUDA_ARCH__
     const auto load = [](const void* half)
@@ -257,21 +258,21 @@ CULLET_HOST_DEVICE inline RowRecord loadRecord(const RowRecord* records, std::ui
 }
 
 /// Step 3: writes the record of box i to its place.
-struct ScatterRows
+struct ScatterToBins
 {
     const Aabb* boxes;
     const LevelPlan* plan;
-    const RowPlace* places;
+    const BinRank* places;
     const std::uint32_t* binStarts;  ///< [binCapacity + 1] exclusive scan of the counts
     std::uint64_t binCapacity;
-    RowRecord* records;  ///< [boxes, out]
-    RowTidying tidy;
+    SortRecord* records;  ///< [boxes, out]
+    SortCleanup cleanup;
 
     CULLET_HOST_DEVICE void operator()(std::uint64_t i) const
     {
         if (i == 0)
             total();
-        const RowPlace place = places[i];
+        const BinRank place = places[i];
         storeRecord(records, place.bin == kNoBin ? kNoPlace : binStarts[place.bin] + place.rank,
                     recordOf(loadBox(boxes, i), plan->axes, static_cast<std::uint32_t>(i), place.bin));
     }
@@ -279,33 +280,33 @@ struct ScatterRows
 private:
     CULLET_HOST_DEVICE void total() const
     {
-        tidy();
+        cleanup();
         const std::uint32_t count = binStarts[binCapacity];
         std::uint32_t levels = 0;
         while (levels < plan->levelCount && binStarts[plan->levels[levels].firstBin] < count)
             ++levels;
-        tidy.setRecords(count, levels);
+        cleanup.setRecords(count, levels);
     }
 };
 
 /// Step 1 with a radix sort: writes the bin of box i as its key.
-struct FillRowKeys
+struct FillBinKeys
 {
-    RowBins bins;
+    BinFinder bins;
     std::uint32_t none;   ///< larger than any bin
     std::uint32_t* keys;  ///< [boxes, out]
     std::uint32_t* rows;  ///< [boxes, out]
 
     CULLET_HOST_DEVICE void operator()(std::uint64_t i) const
     {
-        const std::uint32_t bin = bins.take(i);
+        const std::uint32_t bin = bins.findBin(i);
         keys[i] = bin == kNoBin ? none : bin;
         rows[i] = static_cast<std::uint32_t>(i);
     }
 };
 
 /// Step 3 with a radix sort: writes record i, and where its bin ends if it is the last one there.
-struct GatherRows
+struct GatherByBin
 {
     const Aabb* boxes;
     const LevelPlan* plan;
@@ -313,9 +314,9 @@ struct GatherRows
     const std::uint32_t* rows;
     std::uint64_t count;
     std::uint32_t none;
-    RowRecord* records;   ///< [count, out]
+    SortRecord* records;  ///< [count, out]
     std::uint32_t* ends;  ///< [bins + 1] 0 before; the end of bin b is at b + 1
-    RowTidying tidy;
+    SortCleanup cleanup;
 
     CULLET_HOST_DEVICE void operator()(std::uint64_t i) const
     {
@@ -324,9 +325,9 @@ struct GatherRows
                     recordOf(loadBox(boxes, rows[i]), plan->axes, rows[i], bin));
         if (i == 0)
         {
-            tidy();
+            cleanup();
             if (bin == none)
-                tidy.setRecords(0, 0);
+                cleanup.setRecords(0, 0);
         }
         if (bin == none)
             return;
@@ -335,7 +336,7 @@ struct GatherRows
             return;
         ends[bin + 1] = static_cast<std::uint32_t>(i) + 1;
         if (next == none)
-            tidy.setRecords(static_cast<std::uint32_t>(i) + 1, levelsUpTo(bin));
+            cleanup.setRecords(static_cast<std::uint32_t>(i) + 1, levelsUpTo(bin));
     }
 
 private:

@@ -19,13 +19,13 @@ inline constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 /// The box whose comparisons are all false. It stands for empty boxes on the device, so that isValid() need not be
 /// called.
-CULLET_HOST_DEVICE inline Aabb nowhere()
+CULLET_HOST_DEVICE inline Aabb emptyBox()
 {
     return {{kNan, kNan, kNan}, {kNan, kNan, kNan}};
 }
 
 /// Raises a non-negative float to at least `value`. The bits of non-negative floats are ordered as the floats are.
-CULLET_HOST_DEVICE inline void raise(std::uint32_t* bits, float value)
+CULLET_HOST_DEVICE inline void atomicMaxFloat(std::uint32_t* bits, float value)
 {
 #ifdef __CUDA_ARCH__
     // Most values change nothing; a load first avoids contention of atomics at one address.
@@ -42,7 +42,7 @@ CULLET_HOST_DEVICE inline void raise(std::uint32_t* bits, float value)
 
 /// Stores a number where concurrent indices store the same value.
 template <class T>
-CULLET_HOST_DEVICE inline void setAlike(T* number, T value)
+CULLET_HOST_DEVICE inline void storeSameValue(T* number, T value)
 {
 #ifdef __CUDA_ARCH__
     *number = value;
@@ -144,7 +144,7 @@ CULLET_HOST_DEVICE inline void storeAligned(AlignedBox* boxes, std::uint64_t row
 /// copies[row] = box, or emptyBox() where the box is invalid.
 CULLET_HOST_DEVICE inline void storeCopy(AlignedBox* copies, std::uint64_t row, const Aabb& box)
 {
-    storeAligned(copies, row, isValid(box) ? box : nowhere(), 0);
+    storeAligned(copies, row, isValid(box) ? box : emptyBox(), 0);
 }
 
 /// The length that two intervals share; negative when they are separated.
@@ -180,13 +180,13 @@ CULLET_HOST_DEVICE inline float overlapOf(const BoxHalf& a, const BoxHalf& b, bo
 /// By how much the boxes of a pair overlap; negative where they do not, or where `isNeeded` is false. On a GPU all
 /// lanes of a warp call this together: two lanes load the boxes of both their pairs, half each, so that each sector
 /// is loaded once.
-CULLET_HOST_DEVICE inline float overlapTogether(const AlignedBox* boxes, RowPair pair, bool isAsked)
+CULLET_HOST_DEVICE inline float overlapByWarp(const AlignedBox* boxes, RowPair pair, bool isNeeded)
 {
 #ifdef __CUDA_ARCH__
     constexpr unsigned kAll = 0xffffffffu;
     const bool isSecond = threadIdx.x % 2 != 0;
     const RowPair other = {__shfl_xor_sync(kAll, pair.a, 1), __shfl_xor_sync(kAll, pair.b, 1)};
-    const bool isOtherAsked = __shfl_xor_sync(kAll, isAsked ? 1 : 0, 1) != 0;
+    const bool isOtherNeeded = __shfl_xor_sync(kAll, isNeeded ? 1 : 0, 1) != 0;
     const auto overlapOfHalves = [&](RowPair asked, bool isWanted)
     {
         const std::uint64_t half = isSecond ? 1 : 0;
@@ -194,8 +194,8 @@ CULLET_HOST_DEVICE inline float overlapTogether(const AlignedBox* boxes, RowPair
                                     loadHalf(boxes, 2 * std::uint64_t{asked.b} + half), isSecond)
                         : -1.0f;
     };
-    const float first = overlapOfHalves(isSecond ? other : pair, isSecond ? isOtherAsked : isAsked);
-    const float second = overlapOfHalves(isSecond ? pair : other, isSecond ? isAsked : isOtherAsked);
+    const float first = overlapOfHalves(isSecond ? other : pair, isSecond ? isOtherNeeded : isNeeded);
+    const float second = overlapOfHalves(isSecond ? pair : other, isSecond ? isNeeded : isOtherNeeded);
     const float mine = isSecond ? second : first;
     const float others = __shfl_xor_sync(kAll, isSecond ? first : second, 1);
     return mine < others ? mine : others;
@@ -205,7 +205,7 @@ CULLET_HOST_DEVICE inline float overlapTogether(const AlignedBox* boxes, RowPair
         return overlapOf(loadHalf(boxes, 2 * std::uint64_t{pair.a} + k),
                          loadHalf(boxes, 2 * std::uint64_t{pair.b} + k), k == 1);
     };
-    if (!isAsked)
+    if (!isNeeded)
         return -1;
     const float first = half(0);
     const float second = half(1);
@@ -214,32 +214,32 @@ CULLET_HOST_DEVICE inline float overlapTogether(const AlignedBox* boxes, RowPair
 }
 
 /// How far a coordinate has moved. An infinite coordinate that stays has not moved.
-CULLET_HOST_DEVICE inline float wayOf(float x, float before)
+CULLET_HOST_DEVICE inline float distanceMoved(float x, float before)
 {
     return x == before ? 0.0f : fabsf(x - before);
 }
 
 /// The longest distance that a face of a box has moved; infinite where exactly one of the two boxes is empty.
-CULLET_HOST_DEVICE inline float wayOf(const Aabb& box, const Aabb& before)
+CULLET_HOST_DEVICE inline float distanceMoved(const Aabb& box, const Aabb& before)
 {
     float longest = 0;
     for (int axis = 0; axis < 3; ++axis)
     {
-        const float low = wayOf(box.min[axis], before.min[axis]);
-        const float high = wayOf(box.max[axis], before.max[axis]);
-        const float way = low > high ? low : high;
-        if (!(way <= kInfinity))  // NaN
+        const float low = distanceMoved(box.min[axis], before.min[axis]);
+        const float high = distanceMoved(box.max[axis], before.max[axis]);
+        const float distance = low > high ? low : high;
+        if (!(distance <= kInfinity))  // NaN
             return kInfinity;
-        longest = way > longest ? way : longest;
+        longest = distance > longest ? distance : longest;
     }
     return longest;
 }
 
 /// distanceMoved() from a stored box, which is emptyBox() where the box was invalid.
-CULLET_HOST_DEVICE inline float wayFromStored(const Aabb& before, const Aabb& box)
+CULLET_HOST_DEVICE inline float distanceFromStored(const Aabb& before, const Aabb& box)
 {
-    const bool wasNowhere = before.min[0] != before.min[0];
-    return wasNowhere && !isValid(box) ? 0.0f : wayOf(box, before);
+    const bool wasEmpty = before.min[0] != before.min[0];
+    return wasEmpty && !isValid(box) ? 0.0f : distanceMoved(box, before);
 }
 
 /// Copies of the boxes of this update and of the previous one.
@@ -254,13 +254,13 @@ struct BoxCopies
     CULLET_HOST_DEVICE float keep(std::uint64_t i, const Aabb& box) const
     {
         storeCopy(now, i, box);
-        const float way = wayFromOld(i, box);
-        raise(motion, way);
-        return way;
+        const float distance = distanceFromOld(i, box);
+        atomicMaxFloat(motion, distance);
+        return distance;
     }
-    CULLET_HOST_DEVICE float wayFromOld(std::uint64_t i, const Aabb& box) const
+    CULLET_HOST_DEVICE float distanceFromOld(std::uint64_t i, const Aabb& box) const
     {
-        return i < oldCount ? wayFromStored(loadBox(old, i), box) : kInfinity;
+        return i < oldCount ? distanceFromStored(loadBox(old, i), box) : kInfinity;
     }
 };
 
@@ -270,9 +270,9 @@ struct RowBoxes
     const Aabb* now;
     const Aabb* old;
 
-    CULLET_HOST_DEVICE float wayFromOld(std::uint64_t i, const Aabb& box) const
+    CULLET_HOST_DEVICE float distanceFromOld(std::uint64_t i, const Aabb& box) const
     {
-        return wayFromStored(loadBox(old, i), box);
+        return distanceFromStored(loadBox(old, i), box);
     }
 };
 

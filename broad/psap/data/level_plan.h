@@ -11,10 +11,10 @@ namespace cullet::psap
 {
 inline constexpr std::uint32_t kMostLevels = 12;
 inline constexpr std::uint32_t kBinsPerLevel = 64;  ///< at least
-inline constexpr std::uint32_t kBinsKeptFree = kBinsPerLevel * kMostLevels;
+inline constexpr std::uint32_t kReservedBins = kBinsPerLevel * kMostLevels;
 
 /// The cells of boxes of similar size. Aligned, so that a GPU loads it in three loads.
-struct alignas(16) RowLevel
+struct alignas(16) PlanLevel
 {
     float limit;                   ///< longest side of a box on this level
     float reach;                   ///< slightly more: how far before a box the minima of its partners may lie
@@ -24,7 +24,7 @@ struct alignas(16) RowLevel
     std::uint32_t endBin;          ///< number of bins up to and including this level
     std::uint32_t countU, countV;  ///< cells until they repeat
     std::uint32_t binCount;        ///< bins per cell
-    std::uint32_t isRoomy;         ///< 1: no two cells around a box wrap to the same one
+    std::uint32_t isWrapFree;      ///< 1: no two cells around a box wrap to the same one
     // In a plan for warps, the inverse width along v, and 1: cells end with the plan's and lie in serpentine order.
     // Elsewhere cells are square.
     float inverseV;
@@ -32,27 +32,27 @@ struct alignas(16) RowLevel
 };
 
 /// What every box needs of a plan. Aligned, so that a GPU loads it at once.
-struct alignas(16) RowPlanHead
+struct alignas(16) PlanHead
 {
     float originS, originU, originV;
     std::uint32_t levelCount;
     Axes axes;
     std::uint32_t binCount;  ///< of all levels
     /// First bin of the overflow level, the last one, which has boxes only where the sample missed some.
-    std::uint32_t spareBin;
+    std::uint32_t overflowBin;
     /// The number of the plan in the upper half, a PlanSummary in the lower half. One word, so that the CPU reads all
     /// of it or nothing.
-    std::uint64_t told;
+    std::uint64_t summary;
 };
 
 /// What the CPU needs of a plan.
-struct ToldPlan
+struct PlanSummary
 {
     std::uint32_t levels;  ///< as many as the sizes call for; a plan for warps has fewer
     bool isCrowded;        ///< boxes of one size, at most three longest sides apart on average
 
     CULLET_HOST_DEVICE std::uint32_t word() const { return levels | (isCrowded ? kCrowded : 0); }
-    static ToldPlan of(std::uint64_t word)
+    static PlanSummary of(std::uint64_t word)
     {
         return {static_cast<std::uint32_t>(word) & ~kCrowded, (word & kCrowded) != 0};
     }
@@ -61,16 +61,16 @@ private:
     static constexpr std::uint32_t kCrowded = 1u << 31;
 };
 
-struct LevelPlan : RowPlanHead
+struct LevelPlan : PlanHead
 {
-    RowLevel levels[kMostLevels];
+    PlanLevel levels[kMostLevels];
 };
 
 /// Number of bins that a search over so many boxes allocates, whatever the plan.
 inline std::uint64_t binCapacityFor(std::uint64_t boxes, float binsPerBox)
 {
     return static_cast<std::uint64_t>(static_cast<double>(binsPerBox) * static_cast<double>(boxes)) +
-           2 * kBinsKeptFree;
+           2 * kReservedBins;
 }
 
 /// Chooses axis, levels, cells and bins from the statistics. One index.
@@ -80,7 +80,7 @@ inline std::uint64_t binCapacityFor(std::uint64_t boxes, float binsPerBox)
 /// tested and bins summed up, each for the box that needs most, since the lanes of a warp wait for the slowest one.
 /// The cost model takes the scene as uniform boxes of the same variance; other scenes are searched as exactly, only
 /// slower.
-struct PlanRows
+struct PlanLevels
 {
     static constexpr double kCostOfCell = 4;  // in tests of one box
     static constexpr double kCostOfBin = 4;
@@ -88,13 +88,13 @@ struct PlanRows
     static constexpr double kFullCell = 2.5;
     // The same in a plan for warps, whose records lie one after the other in a cell about as wide as the box around
     // them. Sizes of cells and bins are in mean distances of boxes.
-    static constexpr double kFullCellOfGroup = 10;
-    static constexpr double kWidthForGroup = 2.5;
-    static constexpr double kLengthForGroup = 0.5;
-    static constexpr double kNarrowestForGroup = 0.5;  // in longest sides
+    static constexpr double kFullCellForWarps = 10;
+    static constexpr double kWidthForWarps = 2.5;
+    static constexpr double kLengthForWarps = 0.5;
+    static constexpr double kNarrowestForWarps = 0.5;  // in longest sides
     // Mean distance of boxes, in longest sides, up to which a scene counts as crowded. Above it boxes form clusters
     // with gaps between them, and the cells of a plan for warps are larger than the box around the records of a warp.
-    static constexpr double kSidesOfCrowd = 3;
+    static constexpr double kCrowdedDistance = 3;
     // The window of a box is slightly longer than two longest sides: it touches two bins of that length.
     static constexpr double kTwoSides = 2.02;
     static constexpr double kNarrowest = 0.25;
@@ -106,7 +106,7 @@ struct PlanRows
     float cellScale;  ///< width of a cell in longest sides of its level; 0: the cost model decides
     float binScale;   ///< length of a bin in longest sides of its level; 0: the cost model decides
     double perBin;    ///< 0, or the mean number of boxes in a bin
-    bool isForGroups;
+    bool isForWarps;
     std::uint64_t binCapacity;
     std::uint32_t number;  ///< number of the plan
     LevelPlan* plan;
@@ -117,7 +117,7 @@ struct PlanRows
         plan->axes = chooseAxes(sums, axis);
         // Short lines of cells: a warp of the next line reads the cells around a warp again while they are in the
         // cache.
-        if (isForGroups && spreadAlong(plan->axes.u) > spreadAlong(plan->axes.v))
+        if (isForWarps && spreadAlong(plan->axes.u) > spreadAlong(plan->axes.v))
             plan->axes = {plan->axes.s, plan->axes.v, plan->axes.u};
         const bool isEmpty = sums.count == 0;
         const double all = stride * static_cast<double>(sums.count + sums.others);
@@ -128,25 +128,25 @@ struct PlanRows
                                spreadAlong(plan->axes.v)};
         double counts[kMostLevels];
         chooseLevels(spread, kFullCell, counts);
-        plan->told =
-            std::uint64_t{number} << 32 | ToldPlan{plan->levelCount, isCrowded(spread, counts[0])}.word();
-        if (isForGroups)
-            chooseLevels(spread, kFullCellOfGroup, counts);
+        plan->summary =
+            std::uint64_t{number} << 32 | PlanSummary{plan->levelCount, isCrowded(spread, counts[0])}.word();
+        if (isForWarps)
+            chooseLevels(spread, kFullCellForWarps, counts);
         std::uint32_t firstBin = 0;
         double finer = 0;
         for (std::uint32_t k = 0; k < plan->levelCount; ++k)
         {
-            RowLevel& level = plan->levels[k];
+            PlanLevel& level = plan->levels[k];
             level.firstBin = firstBin;
             const double share = isEmpty ? 0.0 : counts[k] / all;
-            const double room = static_cast<double>(binCapacity - kBinsKeptFree);
+            const double room = static_cast<double>(binCapacity - kReservedBins);
             chooseCells(level, spread, counts[k], finer, k == 0 ? 0.0f : plan->levels[k - 1].limit,
                         kBinsPerLevel + room * share);
             firstBin += level.countU * level.countV * level.binCount;
             level.endBin = firstBin;
             finer += counts[k];
         }
-        plan->spareBin = plan->levels[plan->levelCount - 1].firstBin;
+        plan->overflowBin = plan->levels[plan->levelCount - 1].firstBin;
         plan->binCount = firstBin;
     }
 
@@ -180,7 +180,7 @@ private:
     {
         const double low = moments->low[along];
         const double first = mean(along) - spreadAlong(along);
-        return isForGroups && first > low ? first : low;
+        return isForWarps && first > low ? first : low;
     }
     CULLET_HOST_DEVICE double end(std::uint32_t along) const
     {
@@ -232,7 +232,7 @@ private:
     CULLET_HOST_DEVICE bool isCrowded(const Spread& spread, double count) const
     {
         const double limit = plan->levels[0].limit;
-        const double near = kSidesOfCrowd * limit;
+        const double near = kCrowdedDistance * limit;
         return plan->levelCount == 2 && near * near * near * count >= spread.volume(limit);
     }
 
@@ -247,15 +247,15 @@ private:
     /// @param count      boxes on the level
     /// @param finer      boxes on all finer levels
     /// @param finerLimit longest side of those boxes
-    CULLET_HOST_DEVICE void chooseCells(RowLevel& level, const Spread& spread, double count, double finer,
+    CULLET_HOST_DEVICE void chooseCells(PlanLevel& level, const Spread& spread, double count, double finer,
                                         double finerLimit, double room) const
     {
         const double limit = level.limit;
         const double density = count / spread.volume(limit);
         level.reach = level.limit * 1.001f;
-        level.isSerpentine = isForGroups ? 1 : 0;
-        if (isForGroups)
-            return chooseCellsForGroups(level, density, room);
+        level.isSerpentine = isForWarps ? 1 : 0;
+        if (isForWarps)
+            return chooseCellsForWarps(level, density, room);
         if (perBin > 0)
             return chooseFilledCells(level, spread, density, room);
         double best = -1;
@@ -283,7 +283,7 @@ private:
     }
 
     /// Chooses cells and bins so that a bin has `perBin` boxes on average.
-    CULLET_HOST_DEVICE void chooseFilledCells(RowLevel& level, const Spread& spread, double density,
+    CULLET_HOST_DEVICE void chooseFilledCells(PlanLevel& level, const Spread& spread, double density,
                                               double room) const
     {
         const double limit = level.limit;
@@ -347,18 +347,18 @@ private:
         return cells;
     }
 
-    CULLET_HOST_DEVICE void setCells(RowLevel& level, const Cells& cells, double width, double length) const
+    CULLET_HOST_DEVICE void setCells(PlanLevel& level, const Cells& cells, double width, double length) const
     {
         level.inverseU = level.inverseV = static_cast<float>(1.0 / width);
         level.countU = static_cast<std::uint32_t>(cells.u);
         level.countV = static_cast<std::uint32_t>(cells.v);
         // Cells on both sides of a box, and three more on either side for rounding and the position of the box.
         const double around = floor(2 * 1.001 * level.limit / width) + 8;
-        level.isRoomy = cells.u >= around && cells.v >= around ? 1 : 0;
+        level.isWrapFree = cells.u >= around && cells.v >= around ? 1 : 0;
         setBins(level, cells.s, length);
     }
 
-    CULLET_HOST_DEVICE void setBins(RowLevel& level, double count, double length) const
+    CULLET_HOST_DEVICE void setBins(PlanLevel& level, double count, double length) const
     {
         level.binCount = static_cast<std::uint32_t>(count);
         const double fitting = count / side(plan->axes.s);
@@ -366,25 +366,25 @@ private:
     }
 
     /// Chooses cells of equal width: records of a warp in a narrow last cell would spread over a long part of it.
-    CULLET_HOST_DEVICE void chooseCellsForGroups(RowLevel& level, double density, double room) const
+    CULLET_HOST_DEVICE void chooseCellsForWarps(PlanLevel& level, double density, double room) const
     {
         const double distance = cbrt(1 / (density > 1e-30 ? density : 1e-30));
-        const double least = kNarrowestForGroup * level.limit;
-        double width = kWidthForGroup * distance > least ? kWidthForGroup * distance : least;
-        double length = kLengthForGroup * distance;
+        const double least = kNarrowestForWarps * level.limit;
+        double width = kWidthForWarps * distance > least ? kWidthForWarps * distance : least;
+        double length = kLengthForWarps * distance;
         width = cellScale > 0 ? static_cast<double>(cellScale) * level.limit : width;
         length = binScale > 0 ? static_cast<double>(binScale) * level.limit : length;
         const double sideU = sideOfCells(plan->axes.u);
         const double sideV = sideOfCells(plan->axes.v);
-        const Cells cells =
-            limited({PlanRows::cells(sideU - 0.5 * width, width), PlanRows::cells(sideV - 0.5 * width, width),
-                     PlanRows::cells(side(plan->axes.s), length)},
-                    room);
+        const Cells cells = limited(
+            {PlanLevels::cells(sideU - 0.5 * width, width), PlanLevels::cells(sideV - 0.5 * width, width),
+             PlanLevels::cells(side(plan->axes.s), length)},
+            room);
         level.countU = static_cast<std::uint32_t>(cells.u);
         level.countV = static_cast<std::uint32_t>(cells.v);
         level.inverseU = static_cast<float>(cells.u / sideU);
         level.inverseV = static_cast<float>(cells.v / sideV);
-        level.isRoomy = 0;
+        level.isWrapFree = 0;
         setBins(level, cells.s, length);
     }
 

@@ -28,11 +28,11 @@ struct ListCounts
 struct Counters
 {
     ListCounts lists;
-    std::uint64_t side;  ///< unbounded boxes: without cells, tested against all others
+    std::uint64_t unboundedCount;  ///< unbounded boxes: without cells, tested against all others
 };
 
 /// Counters that the indices of an update share.
-struct Tally
+struct UpdateCounters
 {
     Counters counters;
     /// As BoxHistory::motion. All indices read it, so that it does not share a cache line with the counters.
@@ -97,7 +97,7 @@ struct DepthList
 };
 
 /// A pair and the lists that it goes to.
-struct SentPair
+struct RoutedPair
 {
     RowPair pair = {};
     std::uint32_t to = 0;  ///< a bit for each list, list 0 the lowest
@@ -115,12 +115,12 @@ struct PairLists
 
     CULLET_HOST_DEVICE const PairList& at(std::uint32_t k) const { return lists[k]; }
 
-    CULLET_HOST_DEVICE void push(const SentPair& sent) const
+    CULLET_HOST_DEVICE void push(const RoutedPair& routed) const
     {
         for (std::uint32_t list = 0; list < kCount; ++list)
         {
-            if (sent.isFor(list))
-                lists[list].push(sent.pair);
+            if (routed.isFor(list))
+                lists[list].push(routed.pair);
         }
     }
 };
@@ -175,13 +175,13 @@ struct LookupTable
 
 /// The depth that two boxes can gain by moving so far in total, with a margin for rounding. Boxes that overlap by
 /// more than this overlapped before.
-CULLET_HOST_DEVICE inline float deeperThan(float ways)
+CULLET_HOST_DEVICE inline float maxDepthGain(float distance)
 {
-    return 1.0001f * ways;
+    return 1.0001f * distance;
 }
 
 /// A lower bound of the depth before it was computed and rounded.
-CULLET_HOST_DEVICE inline float depthOf(float overlap)
+CULLET_HOST_DEVICE inline float depthLowerBound(float overlap)
 {
     return overlap * (1 - 0x1p-22f);
 }
@@ -189,9 +189,9 @@ CULLET_HOST_DEVICE inline float depthOf(float overlap)
 /// A lower bound of the depth of two boxes after they have moved; positive: they still overlap.
 ///
 /// @param gone result of maxDepthGain()
-CULLET_HOST_DEVICE inline float depthLeft(float depth, float gone)
+CULLET_HOST_DEVICE inline float remainingDepth(float depth, float gone)
 {
-    return depthOf(depth - gone);
+    return depthLowerBound(depth - gone);
 }
 
 /// @param filters by row; null: every overlapping pair counts
@@ -213,10 +213,10 @@ struct BoxHistory
     const std::uint32_t* motion;
 
     /// Whether boxes that overlap by `depth` on every axis must have overlapped in the previous update.
-    CULLET_HOST_DEVICE bool wereOverlapping(float depth) const { return depth > deepEnough(); }
-    CULLET_HOST_DEVICE float deepEnough() const
+    CULLET_HOST_DEVICE bool wereOverlapping(float depth) const { return depth > provenDepth(); }
+    CULLET_HOST_DEVICE float provenDepth() const
     {
-        return motion != nullptr ? deeperThan(2 * floatOf(*motion)) : kInfinity;
+        return motion != nullptr ? maxDepthGain(2 * floatOf(*motion)) : kInfinity;
     }
 
     CULLET_HOST_DEVICE bool passesFilters(RowPair pair) const { return psap::passesFilters(filters, pair); }
@@ -227,7 +227,7 @@ struct BoxHistory
     }
 
     /// Whether the old boxes do not decide if an overlapping pair is held.
-    CULLET_HOST_DEVICE bool isOpen(RowPair pair) const
+    CULLET_HOST_DEVICE bool isUndecided(RowPair pair) const
     {
         if (retestAll)
             return true;
@@ -244,20 +244,20 @@ template <class Test>
 struct DepthTest
 {
     const Test& test;
-    float deepEnough;  ///< boxes that overlap by more overlapped before
+    float provenDepth;  ///< boxes that overlap by more overlapped before
 
     /// @param depth callable; returns an upper bound of the overlap on every axis
     template <class Depth>
     CULLET_HOST_DEVICE bool operator()(RowPair pair, const Depth& depth) const
     {
-        return !(depth() > deepEnough) && test(pair);
+        return !(depth() > provenDepth) && test(pair);
     }
     /// @param distance how far the two boxes have moved in total
     template <class Depth>
-    CULLET_HOST_DEVICE bool operator()(RowPair pair, float ways, const Depth& depth) const
+    CULLET_HOST_DEVICE bool operator()(RowPair pair, float distance, const Depth& depth) const
     {
-        const float own = deeperThan(ways);
-        return !(depth() > (own < deepEnough ? own : deepEnough)) && test(pair);
+        const float own = maxDepthGain(distance);
+        return !(depth() > (own < provenDepth ? own : provenDepth)) && test(pair);
     }
 };
 
@@ -269,14 +269,14 @@ struct EntryTest
 
     CULLET_HOST_DEVICE bool operator()(RowPair pair) const
     {
-        return boxes.isOpen(pair) && boxes.passesFilters(pair) && !held.contains(pair);
+        return boxes.isUndecided(pair) && boxes.passesFilters(pair) && !held.contains(pair);
     }
 
-    CULLET_HOST_DEVICE DepthTest<EntryTest> ready() const { return {*this, boxes.deepEnough()}; }
+    CULLET_HOST_DEVICE DepthTest<EntryTest> preloaded() const { return {*this, boxes.provenDepth()}; }
 };
 
 /// Decides whether the boxes of an overlapping pair were separated in the previous update.
-struct WasApart
+struct WasSeparated
 {
     const AlignedBox* old;
     const std::uint32_t* motion;  ///< as BoxHistory::motion
@@ -285,13 +285,16 @@ struct WasApart
     {
         return !overlaps(loadBox(old, pair.a), loadBox(old, pair.b));
     }
-    CULLET_HOST_DEVICE DepthTest<WasApart> ready() const { return {*this, deeperThan(2 * floatOf(*motion))}; }
+    CULLET_HOST_DEVICE DepthTest<WasSeparated> preloaded() const
+    {
+        return {*this, maxDepthGain(2 * floatOf(*motion))};
+    }
 };
 
 /// Accepts every overlapping pair, for callers that want the pair set itself.
 struct EveryPair
 {
-    CULLET_HOST_DEVICE EveryPair ready() const { return *this; }
+    CULLET_HOST_DEVICE EveryPair preloaded() const { return *this; }
     CULLET_HOST_DEVICE bool operator()(RowPair) const { return true; }
     template <class Depth>
     CULLET_HOST_DEVICE bool operator()(RowPair, const Depth&) const
@@ -334,9 +337,9 @@ struct SettleHeld
     const float* depths;  ///< as in DepthList; null: unknown
     BoxHistory boxes;
     float margin;
-    bool isLoose;  ///< the margin has not become smaller: pairs without a changed row stay
+    bool canSkipUnchanged;  ///< the margin has not become smaller: pairs without a changed row stay
     RowSpan span;
-    LookupTable open;
+    LookupTable undecided;
 
     CULLET_HOST_DEVICE DepthPair read(std::uint64_t i) const
     {
@@ -350,7 +353,7 @@ struct SettleHeld
     {
         const RowPair pair = item.pair;
         const bool isMine = item.isPair && span.contains(pair.a > pair.b ? pair.a : pair.b);
-        float depth = depthLeft(item.depth, boxes.deepEnough());
+        float depth = remainingDepth(item.depth, boxes.provenDepth());
         const bool isStaying = isMine && (depth > 0 || stays(item, depth));
         kept.append(isStaying, pair, depth);
         removed.append(isMine && !isStaying, pair);
@@ -362,7 +365,7 @@ private:
     {
         const RowPair pair = item.pair;
         depth = item.depth;
-        if (isLoose && !boxes.retestAll && boxes.changesOf(pair) == 0)
+        if (canSkipUnchanged && !boxes.retestAll && boxes.changesOf(pair) == 0)
             return true;
         const Aabb a = loadBox(boxes.now, pair.a);
         const Aabb b = loadBox(boxes.now, pair.b);
@@ -370,16 +373,16 @@ private:
         if (!isValid(a) || !isValid(b) || !overlapsWithMargin(a, b, margin))
             return false;
         const float overlap = overlapOf(a, b);
-        if (isLookedUp(pair, overlap))
-            open.insert(pair);
-        depth = depthOf(overlap);
+        if (needsLookup(pair, overlap))
+            undecided.insert(pair);
+        depth = depthLowerBound(overlap);
         return true;
     }
 
-    CULLET_HOST_DEVICE bool isLookedUp(RowPair pair, float overlap) const
+    CULLET_HOST_DEVICE bool needsLookup(RowPair pair, float overlap) const
     {
         // The search does not look up pairs that it does not find, or that the old boxes decide.
-        return overlap >= 0 && !boxes.wereOverlapping(overlap) && boxes.isOpen(pair);
+        return overlap >= 0 && !boxes.wereOverlapping(overlap) && boxes.isUndecided(pair);
     }
 };
 }  // namespace cullet::psap

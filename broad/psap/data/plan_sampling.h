@@ -41,28 +41,28 @@ private:
 
 /// A word that the device writes and the CPU polls without waiting.
 template <class Exec>
-class ToldWord
+class ResultMailbox
 {
 public:
-    bool isThere() const { return m_word.size() != 0; }
+    bool isReserved() const { return m_mailbox.size() != 0; }
     void reserve(Exec& exec)
     {
-        exec.reserve(m_word, 1);
-        *m_word.data() = 0;
+        exec.reserve(m_mailbox, 1);
+        *m_mailbox.data() = 0;
     }
     /// @param word in the executor's memory
-    void ask(Exec& exec, const std::uint64_t* word) { exec.download(m_word.data(), word, 1); }
+    void request(Exec& exec, const std::uint64_t* word) { exec.download(m_mailbox.data(), word, 1); }
 
     /// Reads the last word that has arrived; 0 before the first one.
-    void look()
+    void poll()
     {
-        if (isThere())
-            m_seen = *static_cast<const volatile std::uint64_t*>(m_word.data());
+        if (isReserved())
+            m_value = *static_cast<const volatile std::uint64_t*>(m_mailbox.data());
     }
-    std::uint64_t seen() const { return m_seen; }
+    std::uint64_t value() const { return m_value; }
 
 private:
-    std::uint64_t m_seen = 0;
-    typename Exec::template Staging<std::uint64_t> m_word;
+    std::uint64_t m_value = 0;
+    typename Exec::template Staging<std::uint64_t> m_mailbox;
 };
 }  // namespace cullet::psap

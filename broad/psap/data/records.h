@@ -16,7 +16,7 @@
 namespace cullet::psap
 {
 /// overlapOf() the boxes of two records.
-CULLET_HOST_DEVICE inline float overlapOf(const RowRecord& a, const RowRecord& b)
+CULLET_HOST_DEVICE inline float overlapOf(const SortRecord& a, const SortRecord& b)
 {
     const float s = sharedLength(a.front.s0, a.front.s1, b.front.s0, b.front.s1);
     const float u = sharedLength(a.front.u0, a.front.u1, b.front.u0, b.front.u1);
@@ -26,7 +26,7 @@ CULLET_HOST_DEVICE inline float overlapOf(const RowRecord& a, const RowRecord& b
 }
 
 /// A range of consecutive records.
-struct RowRange
+struct RecordRange
 {
     std::uint32_t begin, end;
 
@@ -35,12 +35,12 @@ struct RowRange
 
 /// Cells of one level around a box, wrapped, line by line: `leftInLine` cells of line v from u on, then `perLine`
 /// cells of each later line.
-struct RowCells
+struct CellsAround
 {
     std::uint32_t u, v;
-    std::uint32_t left;
+    std::uint32_t leftInLine;
     std::uint32_t firstU;  ///< first cell of the later lines
-    std::uint32_t perRow;
+    std::uint32_t perLine;
     std::uint32_t count;  ///< total number of cells
     std::uint32_t sizeU, sizeV;
 
@@ -51,44 +51,47 @@ struct RowCells
     {
         for (std::uint32_t k = 0; k < cells; ++k)
         {
-            const bool isRowDone = --left == 0;
+            const bool isLineDone = --leftInLine == 0;
             const std::uint32_t nextU = u + 1 == sizeU ? 0 : u + 1;
             const std::uint32_t nextV = v + 1 == sizeV ? 0 : v + 1;
-            u = isRowDone ? firstU : nextU;
-            v = isRowDone ? nextV : v;
-            left = isRowDone ? perRow : left;
+            u = isLineDone ? firstU : nextU;
+            v = isLineDone ? nextV : v;
+            leftInLine = isLineDone ? perLine : leftInLine;
         }
     }
 };
 
 // Not &&: some comparisons are cheaper than a divergent branch.
-CULLET_HOST_DEVICE inline bool meets(const RowRecord::Front& a, const RowRecord::Front& b)
+CULLET_HOST_DEVICE inline bool meets(const SortRecord::Front& a, const SortRecord::Front& b)
 {
     return (int{a.s0 <= b.s1} & int{b.s0 <= a.s1} & int{a.u0 <= b.u1} & int{b.u0 <= a.u1}) != 0;
 }
-CULLET_HOST_DEVICE inline bool meets(const RowRecord::Back& a, const RowRecord::Back& b)
+CULLET_HOST_DEVICE inline bool meets(const SortRecord::Back& a, const SortRecord::Back& b)
 {
     return (int{a.v0 <= b.v1} & int{b.v0 <= a.v1}) != 0;
 }
-CULLET_HOST_DEVICE inline bool meets(const RowRecord& a, const RowRecord& b)
+CULLET_HOST_DEVICE inline bool meets(const SortRecord& a, const SortRecord& b)
 {
     return (int{meets(a.front, b.front)} & int{meets(a.back, b.back)}) != 0;
 }
 
 /// How a search tests records: isCandidate() for each record of a range, isPair() for the candidates that it kept.
-struct TestAtOnce
+struct TestAllAxes
 {
-    CULLET_HOST_DEVICE static bool isNear(const RowRecord& a, const RowRecord& b) { return meets(a, b); }
-    CULLET_HOST_DEVICE static bool isPair(const RowRecord&, const RowRecord&) { return true; }
+    CULLET_HOST_DEVICE static bool isCandidate(const SortRecord& a, const SortRecord& b)
+    {
+        return meets(a, b);
+    }
+    CULLET_HOST_DEVICE static bool isPair(const SortRecord&, const SortRecord&) { return true; }
 };
 /// Tests the third axis only for records that overlap along two, which halves what is loaded of the others.
-struct TestInTurn
+struct TestThirdAxisLater
 {
-    CULLET_HOST_DEVICE static bool isNear(const RowRecord& a, const RowRecord& b)
+    CULLET_HOST_DEVICE static bool isCandidate(const SortRecord& a, const SortRecord& b)
     {
         return meets(a.front, b.front);
     }
-    CULLET_HOST_DEVICE static bool isPair(const RowRecord& a, const RowRecord& b)
+    CULLET_HOST_DEVICE static bool isPair(const SortRecord& a, const SortRecord& b)
     {
         return meets(a.back, b.back);
     }
@@ -98,45 +101,46 @@ struct TestInTurn
 ///
 /// @tparam Tests TestAllAxes or TestThirdAxisLater
 template <class IsNew, class Tests>
-struct RowPartners
+struct PartnerSearch
 {
-    const RowRecord* records;  ///< the array has one more record, which is loaded but not used
+    const SortRecord* records;  ///< the array has one more record, which is loaded but not used
     const LevelPlan* plan;
     const Aabb* boxes;
-    const std::uint32_t* side;
+    const std::uint32_t* unbounded;
     IsNew isNew;
 
     /// The cells of a level that are searched.
-    CULLET_HOST_DEVICE RowCells cellsAround(const RowRecord& self, const RowLevel& level, bool isOwn) const
+    CULLET_HOST_DEVICE CellsAround cellsAround(const SortRecord& self, const PlanLevel& level,
+                                               bool isOwn) const
     {
         // The minimum of a partner is at most `reach` before this box. Rounding is monotone, so that this holds
         // exactly.
-        const bool isAhead = isOwn && level.isRoomy != 0;
+        const bool searchesHalf = isOwn && level.isWrapFree != 0;
         const std::int32_t u0 = cellU(self.front.u0 - level.reach, level);
         const std::int32_t u1 = cellU(self.front.u1, level);
         const std::int32_t v1 = cellV(self.back.v1, level);
-        const std::int32_t firstU = isAhead ? cellU(self.front.u0, level) : u0;
-        const std::int32_t firstV = cellV(isAhead ? self.back.v0 : self.back.v0 - level.reach, level);
-        RowCells cells;
+        const std::int32_t firstU = searchesHalf ? cellU(self.front.u0, level) : u0;
+        const std::int32_t firstV = cellV(searchesHalf ? self.back.v0 : self.back.v0 - level.reach, level);
+        CellsAround cells;
         cells.sizeU = level.countU;
         cells.sizeV = level.countV;
         cells.u = wrapped(firstU, level.countU);
         cells.v = wrapped(firstV, level.countV);
         cells.firstU = wrapped(u0, level.countU);
-        cells.left = cellsBetween(firstU, u1, level.countU);
-        cells.perRow = cellsBetween(u0, u1, level.countU);
-        cells.count = cells.left + (cellsBetween(firstV, v1, level.countV) - 1) * cells.perRow;
+        cells.leftInLine = cellsBetween(firstU, u1, level.countU);
+        cells.perLine = cellsBetween(u0, u1, level.countU);
+        cells.count = cells.leftInLine + (cellsBetween(firstV, v1, level.countV) - 1) * cells.perLine;
         return cells;
     }
 
     /// Finds the partners of an unbounded box among every `step`-th of that list from `begin` on.
     template <class Emit>
-    CULLET_HOST_DEVICE void searchSide(std::uint32_t row, std::uint32_t begin, std::uint32_t count,
-                                       std::uint32_t step, Emit& emit) const
+    CULLET_HOST_DEVICE void searchUnbounded(std::uint32_t row, std::uint32_t begin, std::uint32_t count,
+                                            std::uint32_t step, Emit& emit) const
     {
         for (std::uint32_t k = begin; k < count; k += step)
         {
-            const RowPair pair = {row, side[k]};
+            const RowPair pair = {row, unbounded[k]};
             if (overlaps(loadBox(boxes, row), loadBox(boxes, pair.b)) && isNew(pair))
                 emit.push(pair);
             emit.tested(1);
@@ -145,25 +149,26 @@ struct RowPartners
 
     /// searchUnbounded() for record i. Indices past the last record stand for the unbounded boxes.
     template <class Emit>
-    CULLET_HOST_DEVICE void searchSideOf(std::uint64_t i, const RowTotals& totals, std::uint32_t share,
-                                         std::uint32_t sharers, Emit& emit) const
+    CULLET_HOST_DEVICE void searchUnboundedFor(std::uint64_t i, const SortTotals& totals, std::uint32_t share,
+                                               std::uint32_t sharers, Emit& emit) const
     {
         if (i < totals.records)
-            searchSide(records[i].back.row, share, totals.sides, sharers, emit);
-        else if (i - totals.records < totals.sides)
-            searchSide(side[i - totals.records], static_cast<std::uint32_t>(i - totals.records) + 1 + share,
-                       totals.sides, sharers, emit);
+            searchUnbounded(records[i].back.row, share, totals.unboundedCount, sharers, emit);
+        else if (i - totals.records < totals.unboundedCount)
+            searchUnbounded(unbounded[i - totals.records],
+                            static_cast<std::uint32_t>(i - totals.records) + 1 + share, totals.unboundedCount,
+                            sharers, emit);
     }
 
     /// Tests the record against the records of a range in two phases: first all tests of a batch, then the reports of
     /// what they found. Most lanes find nothing in a cell, and would wait for those that do.
     template <class Test, class Emit>
-    CULLET_HOST_DEVICE void scan(const RowRecord& self, RowRange range, const Test& entryTest,
+    CULLET_HOST_DEVICE void scan(const SortRecord& self, RecordRange range, const Test& entryTest,
                                  Emit& emit) const
     {
-        for (; emit.any(range.begin < range.end); range.begin += kTestsTogether)
+        for (; emit.any(range.begin < range.end); range.begin += kTestsPerBatch)
         {
-            const std::uint32_t count = range.size() < kTestsTogether ? range.size() : kTestsTogether;
+            const std::uint32_t count = range.size() < kTestsPerBatch ? range.size() : kTestsPerBatch;
             keep(self, hitsAmong(self, records + range.begin, count), range.begin, entryTest, emit);
             emit.tested(count);
         }
@@ -171,7 +176,7 @@ struct RowPartners
 
     /// Keeps record first + k for each bit k of `hits`; reports the kept records where the buffer of a lane is full.
     template <class Test, class Emit>
-    CULLET_HOST_DEVICE void keep(const RowRecord& self, std::uint32_t hits, std::uint32_t first,
+    CULLET_HOST_DEVICE void keep(const SortRecord& self, std::uint32_t hits, std::uint32_t first,
                                  const Test& entryTest, Emit& emit) const
     {
         for (;;)
@@ -186,7 +191,7 @@ struct RowPartners
 
     /// Appends the kept candidates that are pairs and enter.
     template <class Test, class Emit>
-    CULLET_HOST_DEVICE void report(const RowRecord& self, const Test& entryTest, Emit& emit) const
+    CULLET_HOST_DEVICE void report(const SortRecord& self, const Test& entryTest, Emit& emit) const
     {
         for (std::uint32_t k = 0; emit.any(k < emit.keptCount()); ++k)
         {
@@ -194,7 +199,7 @@ struct RowPartners
             bool isEntering = k < emit.keptCount();
             if (isEntering)
             {
-                const RowRecord& other = records[emit.kept(k)];
+                const SortRecord& other = records[emit.kept(k)];
                 pair.b = other.back.row;
                 isEntering =
                     Tests::isPair(self, other) && entryTest(pair, [&] { return overlapOf(self, other); });
@@ -205,14 +210,14 @@ struct RowPartners
     }
 
 private:
-    static constexpr std::uint32_t kTestsTogether = 32;
+    static constexpr std::uint32_t kTestsPerBatch = 32;
 
     // Cells that wrap around are square, which saves a register.
-    CULLET_HOST_DEVICE std::int32_t cellU(float u, const RowLevel& level) const
+    CULLET_HOST_DEVICE std::int32_t cellU(float u, const PlanLevel& level) const
     {
         return cellOf(u, plan->originU, level.inverseU);
     }
-    CULLET_HOST_DEVICE std::int32_t cellV(float v, const RowLevel& level) const
+    CULLET_HOST_DEVICE std::int32_t cellV(float v, const PlanLevel& level) const
     {
         return cellOf(v, plan->originV, level.inverseU);
     }
@@ -225,7 +230,7 @@ private:
     }
 
     /// Bit k: record k of the others is a candidate.
-    CULLET_HOST_DEVICE static std::uint32_t hitsAmong(const RowRecord& self, const RowRecord* others,
+    CULLET_HOST_DEVICE static std::uint32_t hitsAmong(const SortRecord& self, const SortRecord* others,
                                                       std::uint32_t count)
     {
         std::uint32_t hits = 0;
@@ -235,18 +240,18 @@ private:
 #pragma unroll 1
 #endif
         for (std::uint32_t k = 0; k < count; k += 2)
-            hits |= (Tests::isNear(self, others[k]) ? 1u : 0u) << k |
-                    (Tests::isNear(self, others[k + 1]) ? 2u : 0u) << k;
+            hits |= (Tests::isCandidate(self, others[k]) ? 1u : 0u) << k |
+                    (Tests::isCandidate(self, others[k + 1]) ? 2u : 0u) << k;
         return count < 32 ? hits & ((1u << count) - 1u) : hits;
     }
 };
 
 /// The sorted records of a search, and the counts that the search clears for the next update.
-struct RowOrder
+struct SortedBins
 {
     const std::uint32_t* binStarts;  ///< [binCapacity + 1]
     std::uint64_t binCapacity;
-    const RowTotals* totals;
+    const SortTotals* totals;
     std::uint64_t boxCount;
     std::uint32_t* binCounts;  ///< [binCapacity + 1]
 
@@ -269,10 +274,10 @@ struct RowOrder
 /// The lanes of a warp advance from cell to cell together, and append together. Several consecutive indices may share
 /// a record, each searching some of the cells: this is more work in total, but faster where a GPU has idle lanes.
 template <class IsNew, class Tests, std::uint32_t kSharers>
-struct SearchRows
+struct SearchSorted
 {
-    RowPartners<IsNew, Tests> partners;
-    RowOrder order;
+    PartnerSearch<IsNew, Tests> partners;
+    SortedBins order;
 
     /// @param index   one of kSharers indices for each box
     /// @param isIndex false for a lane that only fills up a warp
@@ -283,14 +288,14 @@ struct SearchRows
             order.clearBins(index, kSharers);
         const std::uint64_t i = index / kSharers;
         const std::uint32_t share = static_cast<std::uint32_t>(index % kSharers);
-        const RowTotals totals = *order.totals;
+        const SortTotals totals = *order.totals;
         const bool isRecord = isIndex && i < totals.records;
-        const auto entryTest = partners.isNew.ready();
+        const auto entryTest = partners.isNew.preloaded();
         if (emit.any(isRecord))
             searchRecord(isRecord ? static_cast<std::uint32_t>(i) : totals.records - 1, share, isRecord,
                          totals.levels, entryTest, emit);
-        if (totals.sides != 0 && isIndex)
-            partners.searchSideOf(i, totals, share, kSharers, emit);
+        if (totals.unboundedCount != 0 && isIndex)
+            partners.searchUnboundedFor(i, totals, share, kSharers, emit);
     }
 
 private:
@@ -298,16 +303,16 @@ private:
     CULLET_HOST_DEVICE void searchRecord(std::uint32_t i, std::uint32_t share, bool isRecord,
                                          std::uint32_t levels, const Test& entryTest, Emit& emit) const
     {
-        const RowRecord self = partners.records[i];
+        const SortRecord self = partners.records[i];
         for (std::uint32_t k = 0; k < levels; ++k)
         {
-            const RowLevel level = partners.plan->levels[k];
-            const bool isSeen = isRecord && self.back.bin < level.endBin;
-            if (!emit.any(isSeen))
+            const PlanLevel level = partners.plan->levels[k];
+            const bool isSearched = isRecord && self.back.bin < level.endBin;
+            if (!emit.any(isSearched))
                 continue;
             const bool isOwn = self.back.bin >= level.firstBin;
-            RowCells cells = partners.cellsAround(self, level, isOwn);
-            cells.count = isSeen ? cells.count : 0;
+            CellsAround cells = partners.cellsAround(self, level, isOwn);
+            cells.count = isSearched ? cells.count : 0;
             search(self, level, cells, share, isOwn ? i + 1 : 0, entryTest, emit);
         }
         partners.report(self, entryTest, emit);
@@ -317,14 +322,14 @@ private:
     ///
     /// @param successor on the record's own level, the index of the next record; else 0
     template <class Test, class Emit>
-    CULLET_HOST_DEVICE void search(const RowRecord& self, const RowLevel& level, RowCells cells,
-                                   std::uint32_t share, std::uint32_t behind, const Test& entryTest,
+    CULLET_HOST_DEVICE void search(const SortRecord& self, const PlanLevel& level, CellsAround cells,
+                                   std::uint32_t share, std::uint32_t successor, const Test& entryTest,
                                    Emit& emit) const
     {
         const std::uint32_t bin0 =
             level.firstBin + binAlong(*partners.plan, level, self.front.s0 - level.reach);
         const std::uint32_t bin1 = level.firstBin + binAlong(*partners.plan, level, self.front.s1) + 1;
-        const auto rangeOf = [&](std::uint32_t k) -> RowRange
+        const auto rangeOf = [&](std::uint32_t k) -> RecordRange
         {
             if (k >= cells.count)
                 return {0, 0};
@@ -332,14 +337,14 @@ private:
             return {order.binStarts[cell + bin0], order.binStarts[cell + bin1]};
         };
         cells.skip(share);
-        RowRange next = rangeOf(share);
+        RecordRange next = rangeOf(share);
         for (std::uint32_t k = share; emit.any(k < cells.count); k += kSharers)
         {
-            RowRange range = next;
+            RecordRange range = next;
             cells.skip(kSharers);
             next = rangeOf(k + kSharers);  // loaded while this range is tested; not used before
-            if (k == 0 || level.isRoomy == 0)
-                range.begin = range.begin > behind ? range.begin : behind;
+            if (k == 0 || level.isWrapFree == 0)
+                range.begin = range.begin > successor ? range.begin : successor;
             partners.scan(self, range, entryTest, emit);
         }
     }

@@ -221,7 +221,7 @@ private:
             return;
 #endif
         fetchAdd(&sizes->count[octave], run);
-        raise(&sizes->largestBits[octave], largest);
+        atomicMaxFloat(&sizes->largestBits[octave], largest);
     }
 };
 

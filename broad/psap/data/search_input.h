@@ -79,7 +79,7 @@ public:
     }
 
     /// Sums over the boxes inside a window, which leaves out boxes far away from most others.
-    void collectMost(Exec& exec, const SearchInput& input)
+    void collectWithinWindow(Exec& exec, const SearchInput& input)
     {
         const bool isFirst = reserveFor(exec, input);
         // Each pass excludes only the farthest boxes, since one far away hides others less far.
@@ -92,7 +92,7 @@ public:
     }
 
     /// collectWithinWindow() in steps: prepareNext(), begin(), and reduceStep() until it returns true.
-    void ready(Exec& exec)
+    void prepareNext(Exec& exec)
     {
         exec.forEach(1, FindWindow{moments(), m_window.data()});
         exec.clear(m_sizes.data(), 1);
@@ -103,10 +103,10 @@ public:
         m_parts = partsOf(input, 1);
         sumParts(exec, input, 1, m_parts, m_window.data());
     }
-    bool addUp(Exec& exec)
+    bool reduceStep(Exec& exec)
     {
         if (m_parts > 1)
-            m_parts = addUpOnce(exec, m_parts);
+            m_parts = reduceOnce(exec, m_parts);
         return m_parts == 1;
     }
 
@@ -149,7 +149,7 @@ private:
         exec.clear(m_sizes.data(), 1);
         sumParts(exec, input, stride, parts, window);
         while (parts > 1)
-            parts = addUpOnce(exec, parts);
+            parts = reduceOnce(exec, parts);
     }
 
     void sumParts(Exec& exec, const SearchInput& input, std::uint64_t stride, std::uint64_t parts,
@@ -160,7 +160,7 @@ private:
     }
 
     /// @return number of sums that remain
-    std::uint64_t addUpOnce(Exec& exec, std::uint64_t parts)
+    std::uint64_t reduceOnce(Exec& exec, std::uint64_t parts)
     {
         const std::uint64_t sums = (parts + SumMoments::kFanIn - 1) / SumMoments::kFanIn;
         exec.forEach(sums, SumMoments{m_moments[0].data(), parts, m_moments[1].data()});

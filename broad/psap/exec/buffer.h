@@ -42,7 +42,7 @@ public:
     void allocate(std::uint64_t size, std::uint64_t* account = nullptr)
     {
         release();
-        m_data = static_cast<T*>(Memory::take(size * sizeof(T)));
+        m_data = static_cast<T*>(Memory::allocateBytes(size * sizeof(T)));
         m_size = size;
         m_account = account;
         if (m_account != nullptr)
@@ -52,7 +52,7 @@ public:
     void release() noexcept
     {
         if (m_data != nullptr)
-            Memory::giveBack(m_data);
+            Memory::deallocate(m_data);
         if (m_account != nullptr)
             *m_account -= m_size * sizeof(T);
         m_data = nullptr;

@@ -67,14 +67,14 @@ struct HostDepthEmitter
 };
 
 /// A warp of one lane.
-template <class Room>
-struct HostGroupEmitter : HostEmitter
+template <class Scratch>
+struct HostWarpEmitter : HostEmitter
 {
     static constexpr std::uint32_t kLanes = 1;
 
-    explicit HostGroupEmitter(const HostEmitter& emitter) : HostEmitter(emitter) {}
+    explicit HostWarpEmitter(const HostEmitter& emitter) : HostEmitter(emitter) {}
 
-    Room& room() { return m_room; }
+    Scratch& scratch() { return m_scratch; }
     std::uint32_t lane() const { return 0; }
     void sync() const {}
     std::uint32_t ballot(bool isMine) const { return isMine ? 1 : 0; }
@@ -91,6 +91,6 @@ struct HostGroupEmitter : HostEmitter
     }
 
 private:
-    Room m_room = {};
+    Scratch m_scratch = {};
 };
 }  // namespace cullet::psap

@@ -28,8 +28,11 @@ struct HostMemory
     // Whole cache lines, two for shared counters.
     static constexpr std::size_t kAlignment = 128;
 
-    static void* take(std::uint64_t bytes) { return ::operator new(bytes, std::align_val_t(kAlignment)); }
-    static void giveBack(void* memory) noexcept { ::operator delete(memory, std::align_val_t(kAlignment)); }
+    static void* allocateBytes(std::uint64_t bytes)
+    {
+        return ::operator new(bytes, std::align_val_t(kAlignment));
+    }
+    static void deallocate(void* memory) noexcept { ::operator delete(memory, std::align_val_t(kAlignment)); }
 };
 template <class T>
 using HostBuffer = ExecutorBuffer<T, HostMemory>;
@@ -46,9 +49,9 @@ public:
     using Staging = HostBuffer<T>;
 
     /// Lives during an update. The executor of a GPU makes its device the current one.
-    struct Use
+    struct DeviceGuard
     {
-        explicit Use(const HostExec&) {}
+        explicit DeviceGuard(const HostExec&) {}
     };
 
     explicit HostExec(const PsapOptions& options)
@@ -101,7 +104,7 @@ public:
     /// Whether upload() may read that memory directly, and download() write it. Nothing else may change it before the
     /// next wait().
     template <class T>
-    bool canReach(const T*, std::uint64_t) const
+    bool canAccessDirectly(const T*, std::uint64_t) const
     {
         return true;
     }
@@ -128,7 +131,7 @@ public:
         return memory;
     }
     template <class T>
-    void uploadNow(T* to, const T* from, std::uint64_t count)
+    void uploadAndWait(T* to, const T* from, std::uint64_t count)
     {
         copy(to, from, count);
     }
@@ -151,12 +154,12 @@ public:
     /// follows, until join().
     void fork() {}
     template <class Body>
-    void aside(const Body& body)
+    void onSideStream(const Body& body)
     {
         body();
     }
     void join() {}
-    bool isAsideDone() const { return true; }
+    bool isSideStreamDone() const { return true; }
 
     /// Waits for the work of a failed update.
     void drain() {}
@@ -179,7 +182,7 @@ public:
     void dropStages() { m_stages.clear(); }
 
     /// The stages since the last call; all of them have ended.
-    void takeStages(Array<StageTime>& stages)
+    void collectStages(Array<StageTime>& stages)
     {
         stages.swap(m_stages);
         m_stages.clear();
@@ -201,7 +204,7 @@ public:
 
     /// Calls step(i, emit) for i in [0, count); emit.push(pair) appends to the list.
     template <class Step>
-    void forEachEmitting(std::uint64_t count, const Step& step, const PairList& list)
+    void forEachAppend(std::uint64_t count, const Step& step, const PairList& list)
     {
         run(0, count,
             [&] {
@@ -215,7 +218,7 @@ public:
     /// together. emit.keep(record) stores a number in the buffer of the index, unless emit.isFull(); emit.dropKept()
     /// empties that buffer.
     template <class Step>
-    void forEachTogether(std::uint64_t count, const Step& step, const PairList& list)
+    void forEachAppendWarp(std::uint64_t count, const Step& step, const PairList& list)
     {
         run(0, count,
             [&] {
@@ -228,7 +231,8 @@ public:
     /// emit of forEachAppendWarp() does. For short steps: a lane of a GPU processes several indices, and loads the
     /// next item while it processes one.
     template <class Step>
-    void forEachParted(std::uint64_t count, const Step& step, const DepthList& first, const PairList& second)
+    void forEachPartition(std::uint64_t count, const Step& step, const DepthList& first,
+                          const PairList& second)
     {
         run(0, count,
             [&]
@@ -243,7 +247,7 @@ public:
     /// the lists that it goes to, and calls step.keep(i, item, verdict). Separate calls, so that a GPU loads what
     /// several items need at once.
     template <class Step, std::uint32_t kLists>
-    void forEachSent(std::uint64_t count, const Step& step, const PairLists<kLists>& lists)
+    void forEachMultiAppend(std::uint64_t count, const Step& step, const PairLists<kLists>& lists)
     {
         forEach(count,
                 [&](std::uint64_t i)
@@ -251,7 +255,7 @@ public:
                     const auto item = step.read(i);
                     const auto verdict = step(item);
                     step.keep(i, item, verdict);
-                    lists.push(verdict.sent);
+                    lists.push(verdict.routed);
                 });
     }
 
@@ -259,14 +263,14 @@ public:
     /// For the others step.classify(step.undecided(i, item)) returns a pair and the lists that it goes to. Separate
     /// calls, so that a GPU can compact the few undecided items, which need more time.
     template <class Step, std::uint32_t kLists>
-    void forEachSifted(std::uint64_t count, const Step& step, const PairLists<kLists>& lists)
+    void forEachCompacted(std::uint64_t count, const Step& step, const PairLists<kLists>& lists)
     {
         forEach(count,
                 [&](std::uint64_t i)
                 {
                     const auto item = step.read(i);
-                    if (step.isOpen(item))
-                        lists.push(step.look(step.open(i, item)));
+                    if (step.isUndecided(item))
+                        lists.push(step.classify(step.undecided(i, item)));
                     else
                         step.keep(i, item);
                 });
@@ -278,13 +282,13 @@ public:
     /// lane, sum() and least() combine the values of all lanes, and appendEach() appends a pair for each bit that is
     /// set.
     template <class Step>
-    void forEachGrouped(std::uint64_t count, const Step& step, const PairList& list)
+    void forEachWarp(std::uint64_t count, const Step& step, const PairList& list)
     {
         run(0, count,
             [&]
             {
-                return [&step, emit = HostGroupEmitter<typename Step::Room>(HostEmitter{list, &m_tests, 0})](
-                           std::uint64_t i) mutable { step(i, true, emit); };
+                return [&step, emit = HostWarpEmitter<typename Step::Scratch>(HostEmitter{
+                                   list, &m_tests, 0})](std::uint64_t i) mutable { step(i, true, emit); };
             });
     }
 
@@ -293,7 +297,7 @@ public:
     /// slots of its bins over its lanes, which work together as in forEachAppendWarp(); clear() may run before the
     /// previous launch is complete.
     template <std::uint32_t kSharers, class Step>
-    void forEachDealt(std::uint64_t bins, const Step& step, const PairList& list)
+    void forEachBinSlot(std::uint64_t bins, const Step& step, const PairList& list)
     {
         run(0, bins,
             [&]
@@ -393,10 +397,10 @@ public:
     }
 
     std::uint64_t bytes() const { return m_bytes; }
-    std::uint64_t takeBytesMoved() const { return 0; }
+    std::uint64_t collectBytesMoved() const { return 0; }
 
     /// Number of box tests since the last call.
-    std::uint64_t takeTestCount() { return m_tests.exchange(0); }
+    std::uint64_t collectTestCount() { return m_tests.exchange(0); }
 
 private:
     /// Calls body(i) for each index; makeBody() makes one body per task.

@@ -13,16 +13,19 @@ namespace cullet::psap
 {
 /// The counting-sort search. A plan is made from a sample and used for several updates.
 template <class Exec>
-class RowSearch
+class CountingSearch
 {
 public:
-    RowSearch(const PsapOptions& options, PsapAxis axis) : m_options(options), m_planner(options, axis, 0) {}
+    CountingSearch(const PsapOptions& options, PsapAxis axis)
+        : m_options(options), m_planner(options, axis, 0)
+    {
+    }
 
     void build(Exec& exec, SearchInput input)
     {
         m_input = input;
-        if (m_isGrouped != groupsNext(input))
-            setGrouped(!m_isGrouped);
+        if (m_isWarpSearch != isWarpSearchNext(input))
+            setWarpSearch(!m_isWarpSearch);
         reserveForBoxes(exec, input.count);
         m_planner.prepare(exec, input, m_binCapacity);
 
@@ -41,15 +44,15 @@ public:
     template <class IsNew>
     void emit(Exec& exec, const IsNew& isNew, const PairList& pairs)
     {
-        if (m_isGrouped)
-            exec.forEachGrouped(m_input.count, SearchGroups<IsNew>{partners<TestAtOnce>(isNew), rowOrder()},
-                                pairs);
+        if (m_isWarpSearch)
+            exec.forEachWarp(m_input.count, SearchByWarp<IsNew>{partners<TestAllAxes>(isNew), sortedBins()},
+                             pairs);
         else if (exec.hasSpareLanes() && m_input.count <= kBoxesWithSharers)
-            emitSharing<TestInTurn, 4>(exec, isNew, pairs);
+            emitSharing<TestThirdAxisLater, 4>(exec, isNew, pairs);
         else if (isRadix())
-            emitSharing<TestAtOnce, 1>(exec, isNew, pairs);
+            emitSharing<TestAllAxes, 1>(exec, isNew, pairs);
         else
-            emitSharing<TestInTurn, 1>(exec, isNew, pairs);
+            emitSharing<TestThirdAxisLater, 1>(exec, isNew, pairs);
         m_isClear = m_input.count != 0;
     }
 
@@ -57,14 +60,14 @@ public:
     /// allocation or wait.
     bool isRepeatable(const SearchInput& input) const
     {
-        return m_input.count != 0 && m_planner.hasPlan() && m_isGrouped == groupsNext(input);
+        return m_input.count != 0 && m_planner.hasPlan() && m_isWarpSearch == isWarpSearchNext(input);
     }
     /// Changes when build() launches something else, or with other memory.
     std::uint32_t launches() const { return m_launches; }
 
     LevelPlanner<Exec>& planner() { return m_planner; }
-    std::uint32_t levelCount() const { return m_planner.told().levels; }
-    const std::uint32_t* sideCount() const { return &m_totals.data()->sides; }
+    std::uint32_t levelCount() const { return m_planner.summary().levels; }
+    const std::uint32_t* unboundedCount() const { return &m_totals.data()->unboundedCount; }
     std::uint64_t entryCount() const { return m_input.count; }
 
 private:
@@ -72,12 +75,12 @@ private:
     using Buffer = typename Exec::template Buffer<T>;
 
     static constexpr float kBinsPerBox = 1.25f;
-    static constexpr float kBinsPerBoxOfGroup = 0.5f;
-    static constexpr std::uint64_t kBoxesForGroups = 1u << 15;
+    static constexpr float kBinsPerBoxForWarps = 0.5f;
+    static constexpr std::uint64_t kBoxesForWarps = 1u << 15;
     // Pairs per box at which the warp search begins, and below which it ends: it gains 13 to 23 % at 7.2 and loses 4
     // to 5 % at 1.
-    static constexpr std::uint64_t kPairsForGroups = 4;
-    static constexpr std::uint64_t kLeastPairsOfGroups = 3;
+    static constexpr std::uint64_t kPairsForWarps = 4;
+    static constexpr std::uint64_t kLeastPairsForWarps = 3;
     static constexpr std::uint64_t kBoxesForRadix = 6u << 20;
     static constexpr std::uint64_t kMostBinsOfThreePasses = (1u << 24) - 1;
     // Up to so many boxes a GPU has idle lanes.
@@ -91,72 +94,74 @@ private:
 
     /// Whether the records of a warp search together: with many levels, or with many pairs everywhere. Otherwise a
     /// box alone visits fewer records, above all where small boxes are much denser than the plan assumes.
-    bool groupsNext(const SearchInput& input) const
+    bool isWarpSearchNext(const SearchInput& input) const
     {
         if (m_options.rowSearch != PsapRowSearch::Automatic)
             return m_options.rowSearch == PsapRowSearch::Grouped;
-        constexpr std::uint32_t kLevelsForGroups = 4;  // the last one is the overflow level
-        const ToldPlan told = m_planner.told();
-        const std::uint64_t pairs = m_isGrouped ? kLeastPairsOfGroups : kPairsForGroups;
-        return input.count >= kBoxesForGroups &&
-               (told.levels >= kLevelsForGroups || (told.isCrowded && input.count > kBoxesWithSharers &&
-                                                    input.expectedPairs >= pairs * input.count));
+        constexpr std::uint32_t kLevelsForWarps = 4;  // the last one is the overflow level
+        const PlanSummary summary = m_planner.summary();
+        const std::uint64_t pairs = m_isWarpSearch ? kLeastPairsForWarps : kPairsForWarps;
+        return input.count >= kBoxesForWarps &&
+               (summary.levels >= kLevelsForWarps || (summary.isCrowded && input.count > kBoxesWithSharers &&
+                                                      input.expectedPairs >= pairs * input.count));
     }
 
-    void setGrouped(bool isGrouped)
+    void setWarpSearch(bool isWarpSearch)
     {
-        m_isGrouped = isGrouped;
-        m_planner.planForGroups(isGrouped);
+        m_isWarpSearch = isWarpSearch;
+        m_planner.planForWarps(isWarpSearch);
         m_binCapacity = 0;
     }
 
     void sortByCounting(Exec& exec)
     {
         const std::uint64_t count = m_input.count;
-        exec.forEach(count, CountRows{rowBins(), m_places.data(), m_binCounts.data()});
+        exec.forEach(count, CountIntoBins{binFinder(), m_places.data(), m_binCounts.data()});
         exec.scan(m_binCounts.data(), m_binStarts.data(), m_binCapacity + 1);
-        exec.forEach(count, ScatterRows{m_input.boxes, m_planner.plan(), m_places.data(), m_binStarts.data(),
-                                        m_binCapacity, m_records.data(), tidying()});
+        exec.forEach(count,
+                     ScatterToBins{m_input.boxes, m_planner.plan(), m_places.data(), m_binStarts.data(),
+                                   m_binCapacity, m_records.data(), makeCleanup()});
     }
 
     void sortByRadix(Exec& exec)
     {
         const std::uint64_t count = m_input.count;
         const std::uint32_t none = static_cast<std::uint32_t>(m_binCapacity);
-        exec.forEach(count, FillRowKeys{rowBins(), none, m_keys[0].data(), m_rows[0].data()});
-        const int bits = static_cast<int>(std::max(bitCountOf(none), 1u));
+        exec.forEach(count, FillBinKeys{binFinder(), none, m_keys[0].data(), m_rows[0].data()});
+        const int bits = static_cast<int>(std::max(bitWidthOf(none), 1u));
         exec.sortPairs(m_keys[0].data(), m_keys[1].data(), m_rows[0].data(), m_rows[1].data(), count, bits);
-        exec.forEach(count, GatherRows{m_input.boxes, m_planner.plan(), m_keys[1].data(), m_rows[1].data(),
-                                       count, none, m_records.data(), m_binCounts.data(), tidying()});
+        exec.forEach(count, GatherByBin{m_input.boxes, m_planner.plan(), m_keys[1].data(), m_rows[1].data(),
+                                        count, none, m_records.data(), m_binCounts.data(), makeCleanup()});
         exec.scanLargest(m_binCounts.data(), m_binStarts.data(), m_binCapacity + 1);
     }
 
     template <class Tests, std::uint32_t kSharers, class IsNew>
     void emitSharing(Exec& exec, const IsNew& isNew, const PairList& pairs)
     {
-        exec.forEachTogether(kSharers * m_input.count,
-                             SearchRows<IsNew, Tests, kSharers>{partners<Tests>(isNew), rowOrder()}, pairs);
+        exec.forEachAppendWarp(kSharers * m_input.count,
+                               SearchSorted<IsNew, Tests, kSharers>{partners<Tests>(isNew), sortedBins()},
+                               pairs);
     }
 
     template <class Tests, class IsNew>
-    RowPartners<IsNew, Tests> partners(const IsNew& isNew) const
+    PartnerSearch<IsNew, Tests> partners(const IsNew& isNew) const
     {
-        return {m_records.data(), m_planner.plan(), m_input.boxes, m_side.data(), isNew};
+        return {m_records.data(), m_planner.plan(), m_input.boxes, m_unbounded.data(), isNew};
     }
-    RowOrder rowOrder() const
+    SortedBins sortedBins() const
     {
         return {m_binStarts.data(), m_binCapacity, m_totals.data(), m_input.count, m_binCounts.data()};
     }
 
-    RowBins rowBins() const
+    BinFinder binFinder() const
     {
-        return {m_input.boxes, m_planner.plan(), m_side.data(), &m_totals.data()->sidesFound};
+        return {m_input.boxes, m_planner.plan(), m_unbounded.data(), &m_totals.data()->unboundedFound};
     }
-    RowTidying tidying() const { return {m_totals.data(), m_input.pairCount}; }
+    SortCleanup makeCleanup() const { return {m_totals.data(), m_input.pairCount}; }
 
     void reserveForBoxes(Exec& exec, std::uint64_t count)
     {
-        exec.reserve(m_side, count);
+        exec.reserve(m_unbounded, count);
         if (m_records.size() <= count)
         {
             exec.reserve(m_records, count + 1);
@@ -173,7 +178,7 @@ private:
             m_binCapacity = 0;
         if (m_binCapacity == 0)
         {
-            m_binCapacity = binCapacityFor(count, m_isGrouped ? kBinsPerBoxOfGroup : kBinsPerBox);
+            m_binCapacity = binCapacityFor(count, m_isWarpSearch ? kBinsPerBoxForWarps : kBinsPerBox);
             // A fourth pass for a few more bins does not pay.
             if (isRadix() && count < 5 * kMostBinsOfThreePasses / 4)
                 m_binCapacity = std::min(m_binCapacity, kMostBinsOfThreePasses);
@@ -192,14 +197,14 @@ private:
     std::uint64_t m_binCapacity = 0;
     std::uint64_t m_plannedCount = 0;
     LevelPlanner<Exec> m_planner;
-    bool m_isGrouped = false;
+    bool m_isWarpSearch = false;
     std::uint32_t m_launches = 0;  ///< version of the launches
-    Buffer<RowPlace> m_places;
+    Buffer<BinRank> m_places;
     Buffer<std::uint32_t> m_keys[2], m_rows[2];  ///< for the radix sort: unsorted and sorted
     Buffer<std::uint32_t> m_binCounts, m_binStarts;
-    Buffer<RowRecord> m_records;
-    Buffer<std::uint32_t> m_side;
-    Buffer<RowTotals> m_totals;
+    Buffer<SortRecord> m_records;
+    Buffer<std::uint32_t> m_unbounded;
+    Buffer<SortTotals> m_totals;
     bool m_isClear = false;  ///< m_binCounts, and unboundedFound of m_totals, are 0
 };
 }  // namespace cullet::psap

@@ -12,10 +12,10 @@ namespace cullet::psap
 {
 /// The counting-sort search with bins of fixed room. Finds no pairs where a bin is full.
 template <class Exec>
-class BinSearch
+class FixedBinSearch
 {
 public:
-    BinSearch(const PsapOptions& options, PsapAxis axis)
+    FixedBinSearch(const PsapOptions& options, PsapAxis axis)
         : m_room(std::clamp(options.initialCapacity, 1u, kBinRoom)), m_planner(options, axis, kPerBin)
     {
     }
@@ -33,26 +33,26 @@ public:
         reserveForBoxes(exec, input.count);
         m_planner.prepare(exec, input, m_binCapacity);
         m_bins.begin(exec);
-        const RowBinSet bins = m_bins.current();
-        exec.forEach(input.count,
-                     PlaceRows{{input.boxes, m_planner.plan(), m_side.data(), &bins.totals->sides},
-                               bins,
-                               m_room,
-                               m_records.data(),
-                               input.pairCount});
+        const BinSet bins = m_bins.current();
+        exec.forEach(input.count, PlaceInBins{{input.boxes, m_planner.plan(), m_unbounded.data(),
+                                               &bins.totals->unboundedCount},
+                                              bins,
+                                              m_room,
+                                              m_records.data(),
+                                              input.pairCount});
     }
 
     /// @param isNew EveryPair, or another entry test
     template <class IsNew>
     void emit(Exec& exec, const IsNew& isNew, const PairList& pairs)
     {
-        if (m_input.count <= kBoxesOfFour)
+        if (m_input.count <= kMostBoxesOfFourSharers)
             emitSharing<4>(exec, isNew, pairs);
-        else if (m_input.count <= kBoxesOfTwo)
+        else if (m_input.count <= kMostBoxesOfTwoSharers)
             emitSharing<2>(exec, isNew, pairs);
         else
             emitSharing<1>(exec, isNew, pairs);
-        m_bins.noteSearched();
+        m_bins.markOtherClear();
     }
 
     /// Whether the next build() of the same number of boxes makes the same launches as the last but one.
@@ -65,8 +65,8 @@ public:
     unsigned nextPhase() const { return m_bins.nextPhase(); }
 
     LevelPlanner<Exec>& planner() { return m_planner; }
-    std::uint32_t levelCount() const { return m_planner.told().levels; }
-    const std::uint32_t* sideCount() const { return m_bins.sideCount(); }
+    std::uint32_t levelCount() const { return m_planner.summary().levels; }
+    const std::uint32_t* unboundedCount() const { return m_bins.unboundedCount(); }
     std::uint64_t entryCount() const { return m_input.count; }
 
 private:
@@ -78,16 +78,16 @@ private:
     static constexpr float kBinsPerBox = 2.25f;
 
     // Up to so many boxes a GPU has idle lanes: four for each box, or two.
-    static constexpr std::uint64_t kBoxesOfFour = 3u << 13;
-    static constexpr std::uint64_t kBoxesOfTwo = 3u << 14;
+    static constexpr std::uint64_t kMostBoxesOfFourSharers = 3u << 13;
+    static constexpr std::uint64_t kMostBoxesOfTwoSharers = 3u << 14;
 
     template <std::uint32_t kSharers, class IsNew>
     void emitSharing(Exec& exec, const IsNew& isNew, const PairList& pairs)
     {
-        exec.template forEachDealt<kSharers>(
+        exec.template forEachBinSlot<kSharers>(
             m_binCapacity,
-            SearchBins<IsNew, kSharers>{
-                {m_records.data(), m_planner.plan(), m_input.boxes, m_side.data(), isNew},
+            SearchFixedBins<IsNew, kSharers>{
+                {m_records.data(), m_planner.plan(), m_input.boxes, m_unbounded.data(), isNew},
                 m_bins.current(),
                 m_bins.other(),
                 m_room,
@@ -97,7 +97,7 @@ private:
 
     void reserveForBoxes(Exec& exec, std::uint64_t count)
     {
-        exec.reserve(m_side, count);
+        exec.reserve(m_unbounded, count);
         if (count > m_plannedCount + m_plannedCount / 4 || 2 * count < m_plannedCount)
         {
             m_binCapacity = binCapacityFor(count, kBinsPerBox);
@@ -121,7 +121,7 @@ private:
     std::uint64_t m_plannedCount = 0;
     LevelPlanner<Exec> m_planner;
     BinDoubleBuffer<Exec> m_bins;
-    Buffer<RowRecord> m_records;
-    Buffer<std::uint32_t> m_side;
+    Buffer<SortRecord> m_records;
+    Buffer<std::uint32_t> m_unbounded;
 };
 }  // namespace cullet::psap

@@ -28,11 +28,11 @@ public:
 
     /// Polls for the next plan, and adopts it when it is complete. No other function does this, so that the plan
     /// stays the same within an update, in which a search may have to be repeated.
-    void look(Exec& exec)
+    void poll(Exec& exec)
     {
-        m_word.look();
-        if (m_next == Step::Take && m_word.seen() >> 32 == m_made)
-            take(exec);
+        m_mailbox.poll();
+        if (m_next == Step::Replace && m_mailbox.value() >> 32 == m_plansMade)
+            replacePlan(exec);
     }
 
     /// Prepares an update: makes a plan where there is none.
@@ -43,12 +43,12 @@ public:
     }
 
     /// Makes the next step towards the next plan. To be called once for each update, after all its launches.
-    void planAhead(Exec& exec, const SearchInput& input)
+    void advanceNextPlan(Exec& exec, const SearchInput& input)
     {
         ++m_age;
         switch (m_next)
         {
-            case Step::Keep:
+            case Step::Sample:
                 if (!m_hasPlan || m_age < m_updatesPerPlan)
                     break;
                 m_sample.keep(exec, input, kBoxesInSample);
@@ -58,33 +58,34 @@ public:
                 break;
             case Step::Sum:
                 exec.fork();
-                exec.aside([&] { m_statistics.begin(exec, m_sample.boxes()); });
-                m_next = Step::AddUp;
+                exec.onSideStream([&] { m_statistics.begin(exec, m_sample.boxes()); });
+                m_next = Step::Reduce;
                 break;
-            case Step::AddUp:
+            case Step::Reduce:
                 exec.fork();  // not concurrently with the search, whose last blocks need the multiprocessors
-                exec.aside([&] { m_next = m_statistics.addUp(exec) ? Step::Plan : Step::AddUp; });
+                exec.onSideStream([&]
+                                  { m_next = m_statistics.reduceStep(exec) ? Step::Plan : Step::Reduce; });
                 break;
             case Step::Plan:
-                exec.aside([&] { plan(exec, m_plans[1].data()); });
-                m_next = Step::Ready;
+                exec.onSideStream([&] { plan(exec, m_plans[1].data()); });
+                m_next = Step::PrepareNext;
                 break;
-            case Step::Ready:
-                exec.aside([&] { m_statistics.ready(exec); });
-                m_next = Step::Take;
+            case Step::PrepareNext:
+                exec.onSideStream([&] { m_statistics.prepareNext(exec); });
+                m_next = Step::Replace;
                 break;
-            case Step::Take:  // in poll()
+            case Step::Replace:  // in poll()
                 break;
         }
     }
 
     const LevelPlan* plan() const { return m_plans[0].data(); }
     /// Summary of the last plan that poll() has read; 0 levels: there is none yet.
-    ToldPlan told() const { return ToldPlan::of(m_word.seen()); }
+    PlanSummary summary() const { return PlanSummary::of(m_mailbox.value()); }
     bool hasPlan() const { return m_hasPlan; }
     void forget() { m_hasPlan = false; }
     /// Takes effect with the next plan; see PlanLevels.
-    void planForGroups(bool isForGroups) { m_isForGroups = isForGroups; }
+    void planForWarps(bool isForWarps) { m_isForWarps = isForWarps; }
 
 private:
     template <class T>
@@ -93,12 +94,12 @@ private:
     /// Steps towards the next plan.
     enum class Step
     {
-        Keep,  ///< a copy of the boxes, once the plan is old enough
+        Sample,  ///< a copy of the boxes, once the plan is old enough
         Sum,
-        AddUp,
+        Reduce,
         Plan,
-        Ready,  ///< of the statistics of the plan after the next one
-        Take
+        PrepareNext,  ///< of the statistics of the plan after the next one
+        Replace
     };
 
     static constexpr std::uint32_t kUpdatesPerPlan = 32;
@@ -110,52 +111,52 @@ private:
         reserve(exec);
         m_binCapacity = binCapacity;
         m_sample.keep(exec, input, kBoxesInSample);
-        m_statistics.collectMost(exec, m_sample.boxes());
+        m_statistics.collectWithinWindow(exec, m_sample.boxes());
         plan(exec, m_plans[0].data());
         exec.fork();
-        exec.aside([&] { m_statistics.ready(exec); });
+        exec.onSideStream([&] { m_statistics.prepareNext(exec); });
         m_hasPlan = true;
-        m_next = Step::Keep;
+        m_next = Step::Sample;
         m_age = 0;
     }
 
     void reserve(Exec& exec)
     {
-        if (m_word.isThere())
+        if (m_mailbox.isReserved())
             return;
         reservePlans(exec, m_plans);
-        m_word.reserve(exec);
+        m_mailbox.reserve(exec);
     }
 
     void plan(Exec& exec, LevelPlan* to)
     {
-        ++m_made;
+        ++m_plansMade;
         exec.forEach(
-            1, PlanRows{m_statistics.moments(), m_statistics.sizes(), m_sample.stride(), m_axis, m_cellScale,
-                        m_binScale, m_perBin, m_isForGroups, m_binCapacity, m_made, to});
-        m_word.ask(exec, &to->told);
+            1, PlanLevels{m_statistics.moments(), m_statistics.sizes(), m_sample.stride(), m_axis,
+                          m_cellScale, m_binScale, m_perBin, m_isForWarps, m_binCapacity, m_plansMade, to});
+        m_mailbox.request(exec, &to->summary);
     }
 
     /// Copies the next plan over the one in use, so that recorded launches remain valid.
-    void take(Exec& exec)
+    void replacePlan(Exec& exec)
     {
         exec.copy(m_plans[0].data(), m_plans[1].data(), 1);
-        m_next = Step::Keep;
+        m_next = Step::Sample;
     }
 
     PsapAxis m_axis;
     float m_cellScale, m_binScale;
     double m_perBin;
     std::uint32_t m_updatesPerPlan;
-    bool m_isForGroups = false;
+    bool m_isForWarps = false;
     std::uint64_t m_binCapacity = 0;
     bool m_hasPlan = false;
-    std::uint32_t m_age = 0;   ///< updates since the statistics of the last plan were collected
-    std::uint32_t m_made = 0;  ///< number of plans made
-    Step m_next = Step::Keep;
+    std::uint32_t m_age = 0;        ///< updates since the statistics of the last plan were collected
+    std::uint32_t m_plansMade = 0;  ///< number of plans made
+    Step m_next = Step::Sample;
     Statistics<Exec> m_statistics;
     BoxSample<Exec> m_sample;
     Buffer<LevelPlan> m_plans[2];  ///< the one in use, and the next one
-    ToldWord<Exec> m_word;
+    ResultMailbox<Exec> m_mailbox;
 };
 }  // namespace cullet::psap

@@ -15,12 +15,12 @@ struct Region
 {
     float s0, s1, u0, u1, v0, v1;
 
-    CULLET_HOST_DEVICE static Region nowhere()
+    CULLET_HOST_DEVICE static Region emptyBox()
     {
         return {kInfinity, -kInfinity, kInfinity, -kInfinity, kInfinity, -kInfinity};
     }
 
-    CULLET_HOST_DEVICE void include(const RowRecord& record)
+    CULLET_HOST_DEVICE void include(const SortRecord& record)
     {
         s0 = record.front.s0 < s0 ? record.front.s0 : s0;
         s1 = record.front.s1 > s1 ? record.front.s1 : s1;
@@ -30,7 +30,7 @@ struct Region
         v1 = record.back.v1 > v1 ? record.back.v1 : v1;
     }
 
-    CULLET_HOST_DEVICE bool meets(const RowRecord& record) const
+    CULLET_HOST_DEVICE bool meets(const SortRecord& record) const
     {
         return (int{psap::meets({s0, s1, u0, u1}, record.front)} &
                 int{psap::meets({v0, v1, 0, 0}, record.back)}) != 0;
@@ -43,8 +43,8 @@ struct Region
 };
 
 /// hits |= bit, if the boxes overlap.
-CULLET_HOST_DEVICE inline void addIfMeets(std::uint32_t& hits, std::uint32_t bit, const RowRecord& a,
-                                          const RowRecord& b)
+CULLET_HOST_DEVICE inline void addIfMeets(std::uint32_t& hits, std::uint32_t bit, const SortRecord& a,
+                                          const SortRecord& b)
 {
 #ifdef __CUDA_ARCH__
     // In a sequence of many tests the compiler keeps the result of each comparison apart, runs out of predicates, and
@@ -72,19 +72,19 @@ CULLET_HOST_DEVICE inline void addIfMeets(std::uint32_t& hits, std::uint32_t bit
 /// consecutive addresses.
 struct WarpScratch
 {
-    static constexpr std::uint32_t kTestsTogether = 32;
-    static constexpr std::uint32_t kRecords = 2 * kTestsTogether;
+    static constexpr std::uint32_t kTestsPerBatch = 32;
+    static constexpr std::uint32_t kRecords = 2 * kTestsPerBatch;
 
     struct alignas(8) Height
     {
         float v0, v1;
     };
 
-    RowRecord::Front fronts[kRecords];
+    SortRecord::Front fronts[kRecords];
     Height heights[kRecords];
     std::uint32_t rows[kRecords];
 
-    CULLET_HOST_DEVICE void put(std::uint32_t k, const RowRecord& record)
+    CULLET_HOST_DEVICE void put(std::uint32_t k, const SortRecord& record)
     {
 #ifdef __CUDA_ARCH__
         // The index is computed once, not for each array.
@@ -95,19 +95,19 @@ struct WarpScratch
         rows[k] = record.back.row;
     }
     /// The record without its bin.
-    CULLET_HOST_DEVICE RowRecord at(std::uint32_t k) const
+    CULLET_HOST_DEVICE SortRecord at(std::uint32_t k) const
     {
         return {fronts[k], {heights[k].v0, heights[k].v1, rows[k], kNoBin}};
     }
 };
 
 /// Rows of a WarpScratch, starting with a given one.
-class RowsInRoom
+class ScratchRows
 {
 public:
 #ifdef __CUDA_ARCH__
     // An address in shared memory, in a register.
-    __device__ explicit RowsInRoom(const std::uint32_t* first)
+    __device__ explicit ScratchRows(const std::uint32_t* first)
         : m_first(static_cast<std::uint32_t>(__cvta_generic_to_shared(first)))
     {
         asm volatile("" : "+r"(m_first));
@@ -120,7 +120,7 @@ public:
 private:
     std::uint32_t m_first;
 #else
-    CULLET_HOST_DEVICE explicit RowsInRoom(const std::uint32_t* first) : m_first(first) {}
+    CULLET_HOST_DEVICE explicit ScratchRows(const std::uint32_t* first) : m_first(first) {}
     CULLET_HOST_DEVICE std::uint32_t at(std::uint32_t k) const
     {
         return m_first[k];
@@ -137,11 +137,11 @@ private:
 ///
 /// The result of a lane has a bit for each of its records and each turn, those of its first record lowest.
 template <std::uint32_t kLanes>
-struct Teams
+struct HalfWarps
 {
     static constexpr std::uint32_t kCount = kLanes < 2 ? 1 : 2;
     static constexpr std::uint32_t kSize = kLanes / kCount;
-    static constexpr std::uint32_t kTurns = WarpScratch::kTestsTogether / kCount;
+    static constexpr std::uint32_t kTurns = WarpScratch::kTestsPerBatch / kCount;
 
     std::uint32_t lane;
 

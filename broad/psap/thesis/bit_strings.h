@@ -65,7 +65,7 @@ struct CountParts
 
     CULLET_HOST_DEVICE void operator()(std::uint64_t i) const
     {
-        parts[i] = i < sweep.count ? (sweep.firstBehind(i) - i - 1 + kSweepPart - 1) / kSweepPart : 0;
+        parts[i] = i < sweep.count ? (sweep.firstAfter(i) - i - 1 + kSweepPart - 1) / kSweepPart : 0;
     }
 };
 

@@ -58,16 +58,16 @@ public:
         clearPairCount(exec, input);
         reserveForBoxes(exec, input.count);
         const bool isTurned = m_axis == PsapAxis::Principal;
-        m_placed = isTurned ? m_frame.project(exec, input) : input.boxes;
+        m_placed = isTurned ? m_mode.project(exec, input) : input.boxes;
         m_statistics.collect(exec, {m_placed, input.count}, 1);
         exec.forEach(1,
                      PlanCells{m_statistics.moments(), m_statistics.sizes(), isTurned ? PsapAxis::X : m_axis,
                                m_options.cells, m_options.cellCount, m_plan.data()});
 
-        exec.clear(m_sideCount.data(), 1);
+        exec.clear(m_unboundedCount.data(), 1);
         exec.clear(m_counts.data() + input.count, 1);
         exec.forEach(input.count, CountCells{input.boxes, m_placed, m_plan.data(), m_counts.data(),
-                                             m_side.data(), m_sideCount.data()});
+                                             m_unbounded.data(), m_unboundedCount.data()});
         exec.scan(m_counts.data(), m_offsets.data(), input.count + 1);
         readEntryCount(exec);
         exec.forEach(input.count, FillEntries{m_placed, m_plan.data(), m_counts.data(), m_offsets.data(),
@@ -87,15 +87,16 @@ public:
         if (m_isShifted)
             emitShifted(exec, isNew, pairs);
         else if (m_options.splitWork)
-            exec.forEachEmitting(m_partCount, SweepPart<IsNew>{sweepWith(isNew), m_firstParts.data()}, pairs);
+            exec.forEachAppend(m_partCount, SweepPart<IsNew>{sweepWith(isNew), m_firstParts.data()}, pairs);
         else
-            exec.forEachEmitting(m_entryCount, sweepWith(isNew), pairs);
-        exec.forEachEmitting(
-            m_input.count,
-            TestSide<IsNew>{m_input.boxes, m_counts.data(), m_side.data(), m_sideCount.data(), isNew}, pairs);
+            exec.forEachAppend(m_entryCount, sweepWith(isNew), pairs);
+        exec.forEachAppend(m_input.count,
+                           TestUnbounded<IsNew>{m_input.boxes, m_counts.data(), m_unbounded.data(),
+                                                m_unboundedCount.data(), isNew},
+                           pairs);
     }
 
-    const std::uint32_t* sideCount() const { return m_sideCount.data(); }
+    const std::uint32_t* unboundedCount() const { return m_unboundedCount.data(); }
     std::uint64_t entryCount() const { return m_entryCount; }
     std::uint64_t falsePairCount() const { return m_falsePairCount; }
 
@@ -106,11 +107,11 @@ private:
     void reserveForBoxes(Exec& exec, std::uint64_t count)
     {
         exec.reserve(m_plan, 1);
-        exec.reserve(m_sideCount, 1);
+        exec.reserve(m_unboundedCount, 1);
         exec.reserve(m_falsePairs, 1);
         exec.reserve(m_counts, count + 1);
         exec.reserve(m_offsets, count + 1);
-        exec.reserve(m_side, count);
+        exec.reserve(m_unbounded, count);
     }
 
     void readEntryCount(Exec& exec)
@@ -123,7 +124,7 @@ private:
             exec.reserve(m_keys[side], room);
             exec.reserve(m_rows[side], room);
         }
-        exec.reserve(m_isLonely, room);
+        exec.reserve(m_isSingle, room);
     }
 
     std::uint64_t roomForEntries() const
@@ -133,7 +134,7 @@ private:
 
     void prepareSweep(Exec& exec)
     {
-        exec.forEach(m_entryCount, MarkLonely{m_keys[1].data(), m_entryCount, m_isLonely.data()});
+        exec.forEach(m_entryCount, MarkSingle{m_keys[1].data(), m_entryCount, m_isSingle.data()});
         if (m_options.bitStrings)
             markSecondLevel(exec);
         if (m_options.splitWork)
@@ -162,7 +163,7 @@ private:
     {
         return {m_keys[1].data(),
                 m_rows[1].data(),
-                m_isLonely.data(),
+                m_isSingle.data(),
                 m_options.bitStrings ? m_bits.data() : nullptr,
                 m_entryCount,
                 m_input.boxes,
@@ -175,10 +176,10 @@ private:
     void emitShifted(Exec& exec, const IsNew& isNew, const PairList& pairs)
     {
         exec.clear(m_falsePairs.data(), 1);
-        exec.forEachEmitting(m_entryCount,
-                             SweepShifted<IsNew>{m_keys[1].data(), m_rows[1].data(), m_entryCount,
-                                                 m_input.boxes, m_plan.data(), isNew, m_falsePairs.data()},
-                             pairs);
+        exec.forEachAppend(m_entryCount,
+                           SweepShifted<IsNew>{m_keys[1].data(), m_rows[1].data(), m_entryCount,
+                                               m_input.boxes, m_plan.data(), isNew, m_falsePairs.data()},
+                           pairs);
         exec.download(&m_falsePairCount, m_falsePairs.data(), 1);
         exec.wait();
     }
@@ -191,14 +192,14 @@ private:
     std::uint64_t m_entryCount = 0;
     std::uint64_t m_partCount = 0;
     std::uint64_t m_falsePairCount = 0;
-    PrincipalFrame<Exec> m_frame;
+    PrincipalFrame<Exec> m_mode;
     Statistics<Exec> m_statistics;
     Buffer<CellPlan> m_plan;
     Buffer<std::uint64_t> m_counts, m_offsets;
-    Buffer<std::uint32_t> m_side, m_sideCount;
+    Buffer<std::uint32_t> m_unbounded, m_unboundedCount;
     Buffer<std::uint64_t> m_keys[2];  ///< unsorted and sorted
     Buffer<std::uint32_t> m_rows[2];
-    Buffer<std::uint8_t> m_isLonely;
+    Buffer<std::uint8_t> m_isSingle;
     Buffer<std::uint64_t> m_bits;                 ///< second-level bit strings
     Buffer<std::uint64_t> m_parts, m_firstParts;  ///< parts of the split work
     Buffer<std::uint64_t> m_falsePairs;

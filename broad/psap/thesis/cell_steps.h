@@ -128,17 +128,17 @@ private:
         double longest = 0;
         for (std::uint32_t octave = 0; octave < kOctaves; ++octave)
         {
-            const double side = floatOf(sizes->largestBits[octave]);
-            longest = side > longest ? side : longest;
+            const double unbounded = floatOf(sizes->largestBits[octave]);
+            longest = unbounded > longest ? unbounded : longest;
         }
         const double length =
             static_cast<double>(along(moments->high, which)) - along(moments->low, which) + longest;
         return static_cast<float>(length < 1e30 ? length : 1e30);
     }
 
-    CULLET_HOST_DEVICE static float inverse(std::uint32_t count, double side)
+    CULLET_HOST_DEVICE static float inverse(std::uint32_t count, double unbounded)
     {
-        const float result = static_cast<float>(count / side);
+        const float result = static_cast<float>(count / unbounded);
         return result <= 1e30f ? result : 0.0f;  // 0: all boxes in the first cell
     }
 };
@@ -152,9 +152,9 @@ struct CountCells
     const Aabb* boxes;
     const Aabb* placed;  ///< the boxes or their projections, for cells and sweep
     const CellPlan* plan;
-    std::uint64_t* counts;  ///< [boxes, out]
-    std::uint32_t* side;    ///< [boxes, out]
-    std::uint32_t* sideCount;
+    std::uint64_t* counts;     ///< [boxes, out]
+    std::uint32_t* unbounded;  ///< [boxes, out]
+    std::uint32_t* unboundedCount;
 
     CULLET_HOST_DEVICE void operator()(std::uint64_t i) const
     {
@@ -166,7 +166,7 @@ struct CountCells
         if (boundedExtent(box) <= kUnboundedExtent && cells <= kMostCells)
             counts[i] = cells;
         else
-            side[fetchAdd(sideCount, 1u)] = static_cast<std::uint32_t>(i);
+            unbounded[fetchAdd(unboundedCount, 1u)] = static_cast<std::uint32_t>(i);
     }
 };
 
@@ -199,18 +199,18 @@ struct FillEntries
 };
 
 /// Step 5: marks entries that are alone in their cell, which the sweep skips.
-struct MarkLonely
+struct MarkSingle
 {
     const std::uint64_t* keys;  ///< [count] sorted
     std::uint64_t count;
-    std::uint8_t* isLonely;  ///< [count, out]
+    std::uint8_t* isSingle;  ///< [count, out]
 
     CULLET_HOST_DEVICE void operator()(std::uint64_t i) const
     {
         const std::uint64_t cell = keys[i] >> 32;
         const bool hasBefore = i > 0 && keys[i - 1] >> 32 == cell;
-        const bool hasBehind = i + 1 < count && keys[i + 1] >> 32 == cell;
-        isLonely[i] = !hasBefore && !hasBehind ? 1 : 0;
+        const bool hasAfter = i + 1 < count && keys[i + 1] >> 32 == cell;
+        isSingle[i] = !hasBefore && !hasAfter ? 1 : 0;
     }
 };
 
@@ -224,7 +224,7 @@ struct SweepCell
 {
     const std::uint64_t* keys;  ///< [count] sorted
     const std::uint32_t* rows;
-    const std::uint8_t* isLonely;
+    const std::uint8_t* isSingle;
     const std::uint64_t* bits;  ///< second-level bit strings, or null
     std::uint64_t count;
     const Aabb* boxes;
@@ -235,7 +235,7 @@ struct SweepCell
     template <class Emit>
     CULLET_HOST_DEVICE void operator()(std::uint64_t i, Emit& emit) const
     {
-        if (isLonely[i] == 0)
+        if (isSingle[i] == 0)
             test(i, i + 1, count, emit);
     }
 
@@ -261,9 +261,9 @@ struct SweepCell
 
     /// First entry after i that starts after its box ends or lies in another cell; i + 1 where i is alone in its
     /// cell.
-    CULLET_HOST_DEVICE std::uint64_t firstBehind(std::uint64_t i) const
+    CULLET_HOST_DEVICE std::uint64_t firstAfter(std::uint64_t i) const
     {
-        if (isLonely[i] != 0)
+        if (isSingle[i] != 0)
             return i + 1;
         const std::uint64_t last = lastKey(i);
         std::uint64_t low = i + 1;
@@ -293,25 +293,25 @@ private:
 
 /// Finds the pairs of box i with the unbounded boxes.
 template <class IsNew>
-struct TestSide
+struct TestUnbounded
 {
     const Aabb* boxes;
     const std::uint64_t* cellCounts;  ///< 0 for unbounded and for empty boxes
-    const std::uint32_t* side;
-    const std::uint32_t* sideCount;
+    const std::uint32_t* unbounded;
+    const std::uint32_t* unboundedCount;
     IsNew isNew;
 
     template <class Emit>
     CULLET_HOST_DEVICE void operator()(std::uint64_t i, Emit& emit) const
     {
         const std::uint32_t row = static_cast<std::uint32_t>(i);
-        const std::uint32_t count = *sideCount;
+        const std::uint32_t count = *unboundedCount;
         if (count == 0)
             return;
         const Aabb box = loadBox(boxes, row);
         for (std::uint32_t k = 0; k < count; ++k)
         {
-            const RowPair pair = {row, side[k]};
+            const RowPair pair = {row, unbounded[k]};
             // Of two unbounded boxes, the lower row reports the pair.
             if ((cellCounts[row] != 0 || row < pair.b) && overlaps(box, loadBox(boxes, pair.b)) &&
                 isNew(pair))

@@ -12,7 +12,7 @@
 namespace cullet::psap
 {
 /// Chooses the size limit of boxes, and the number of tiles along each axis. One index.
-struct SpanTiles
+struct ChooseTileCounts
 {
     // So few records that a block sorts them with few rounds and leaves memory for another block, and so many that
     // most of its threads work.
@@ -34,7 +34,7 @@ struct SpanTiles
         const Moments& sums = *moments;
         plan->axes = chooseAxes(sums, axis);
         plan->limit = longestSide();
-        plan->mostBits = plan->entries = 0;
+        plan->fullestBits = plan->entries = 0;
         plan->shape = {};
         const std::uint32_t axes[3] = {plan->axes.s, plan->axes.u, plan->axes.v};
         double sides[3];
@@ -62,7 +62,7 @@ private:
                 continue;
             larger += stride * sizes->count[octave];
             longest = floatOf(sizes->largestBits[octave]);
-            if (larger > PlaceInTiles::kMostSides / 2)
+            if (larger > PlaceInTiles::kMostUnbounded / 2)
                 break;
         }
         // Sides of equal boxes differ by rounding; the limit is slightly larger.
@@ -127,7 +127,7 @@ struct TileSample
     std::uint64_t stride;
 
     /// @return false for boxes that do not belong into tiles
-    CULLET_HOST_DEVICE bool take(std::uint64_t i, const TilePlan& plan, RowRecord& record) const
+    CULLET_HOST_DEVICE bool accept(std::uint64_t i, const TilePlan& plan, SortRecord& record) const
     {
         const Aabb box = loadBox(boxes, i * stride);
         record = recordOf(box, plan.axes, 0, 0);
@@ -144,8 +144,8 @@ struct CountSteps
 
     CULLET_HOST_DEVICE void operator()(std::uint64_t i) const
     {
-        RowRecord box;
-        if (!sample.take(i, *plan, box))
+        SortRecord box;
+        if (!sample.accept(i, *plan, box))
             return;
         count(0, box.front.s0);
         count(1, box.front.u0);
@@ -225,7 +225,7 @@ private:
 struct CountTiles
 {
     // Atomics on one cache line are served one after the other, so that each counter has its own line.
-    static constexpr std::uint32_t kApart = 32;
+    static constexpr std::uint32_t kCounterStride = 32;
 
     TileSample sample;
     const TilePlan* plan;
@@ -233,11 +233,11 @@ struct CountTiles
 
     CULLET_HOST_DEVICE void operator()(std::uint64_t i) const
     {
-        RowRecord box;
-        if (sample.take(i, *plan, box))
+        SortRecord box;
+        if (sample.accept(i, *plan, box))
             tilesOf(plan->steps, plan->ofStep[0], box)
-                .forEach(plan->steps,
-                         [&](std::uint32_t tile, std::uint32_t) { fetchAdd(&counts[tile * kApart], 1u); });
+                .forEach(plan->steps, [&](std::uint32_t tile, std::uint32_t)
+                         { fetchAdd(&counts[tile * kCounterStride], 1u); });
     }
 };
 
@@ -251,20 +251,20 @@ struct FindFullest
     {
         if (tile >= plan->shape.tiles)
             return;
-        const std::uint32_t count = counts[tile * CountTiles::kApart];
+        const std::uint32_t count = counts[tile * CountTiles::kCounterStride];
         fetchAdd(&plan->entries, count);
-        raise(&plan->mostBits, static_cast<float>(count));
+        atomicMaxFloat(&plan->fullestBits, static_cast<float>(count));
     }
 };
 
 /// Chooses the room of a tile, and decides whether tiles pay. The result is one word, so that the CPU reads all of it
 /// or nothing. One index.
-struct CloseTiles
+struct ChooseTileRoom
 {
     static constexpr double kMostEntries = 1.6;  ///< of a box, on average
     // Room for the boxes that tiles gain in later frames.
-    static constexpr double kSlack = 1.2;
-    static constexpr double kLeastSlack = 1.05;
+    static constexpr double kHeadroom = 1.2;
+    static constexpr double kLeastHeadroom = 1.05;
 
     std::uint64_t samples;
     double stride;
@@ -277,10 +277,10 @@ struct CloseTiles
     CULLET_HOST_DEVICE void operator()(std::uint64_t) const
     {
         TileShape& shape = plan->shape;
-        const double fullest = stride * floatOf(plan->mostBits) + 1;
-        const double room = kSlack * fullest + 32;
-        const bool isFit =
-            kLeastSlack * fullest <= mostRoom && plan->entries <= kMostEntries * static_cast<double>(samples);
+        const double fullest = stride * floatOf(plan->fullestBits) + 1;
+        const double room = kHeadroom * fullest + 32;
+        const bool isFit = kLeastHeadroom * fullest <= mostRoom &&
+                           plan->entries <= kMostEntries * static_cast<double>(samples);
         shape.cells = plan->cells[0] * plan->cells[1] * plan->cells[2];
         shape.room = static_cast<std::uint32_t>(room < mostRoom ? room : mostRoom);
         if (shape.tiles == 0 || !(isFit || isForced))

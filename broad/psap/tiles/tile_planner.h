@@ -30,11 +30,11 @@ public:
     /// Polls for the shape of the last plan, and replaces the plan in use where recorded launches fit that shape. No
     /// other function does this, so that isPlanCurrent() stays valid until the next call, and a search may be
     /// repeated.
-    void look(Exec& exec)
+    void poll(Exec& exec)
     {
-        m_word.look();
-        if (m_next == Step::Take && hasNews() && !hasOtherShape())
-            take(exec);
+        m_mailbox.poll();
+        if (m_next == Step::Replace && hasResult() && !hasOtherShape())
+            replacePlan(exec);
     }
 
     /// Prepares an update: adopts a plan with another shape, and makes a plan for another number of boxes.
@@ -42,20 +42,20 @@ public:
     {
         if (hasOtherShape())
             adopt();
-        if (isForOthers(input))
+        if (needsNewPlan(input))
             make(exec, input);
     }
 
     /// Whether prepare() would change nothing.
-    bool isSettled(const SearchInput& input) const { return !isForOthers(input) && !hasOtherShape(); }
+    bool isPlanCurrent(const SearchInput& input) const { return !needsNewPlan(input) && !hasOtherShape(); }
 
     /// Makes the next step towards the next plan. To be called once for each update, after all its launches.
-    void planAhead(Exec& exec, const SearchInput& input)
+    void advanceNextPlan(Exec& exec, const SearchInput& input)
     {
         ++m_age;
         switch (m_next)
         {
-            case Step::Keep:
+            case Step::Sample:
                 if (m_plannedCount == 0 || m_age < m_updatesPerPlan)
                     break;
                 m_sample.keep(exec, input, kBoxesInSample);
@@ -65,16 +65,16 @@ public:
             case Step::CountTiles:
                 // Counts all boxes, which are valid only during the update, on the main stream, which should not wait
                 // for the previous step.
-                if (exec.isAsideDone())
+                if (exec.isSideStreamDone())
                     countSome(exec, input);
                 break;
-            case Step::Take:  // in poll() or prepare()
+            case Step::Replace:  // in poll() or prepare()
                 break;
             default:
                 // Not concurrently with the search, whose last blocks need the multiprocessors.
-                if (m_next != Step::Span && m_next != Step::Ready)
+                if (m_next != Step::ChooseCounts && m_next != Step::PrepareNext)
                     exec.fork();
-                exec.aside([&] { goOn(exec); });
+                exec.onSideStream([&] { runNextStep(exec); });
         }
     }
 
@@ -101,15 +101,15 @@ private:
     /// Steps towards the next plan.
     enum class Step
     {
-        Keep,  ///< a copy of the boxes, once the plan is old enough
+        Sample,  ///< a copy of the boxes, once the plan is old enough
         Sum,
-        AddUp,
-        Span,
+        Reduce,
+        ChooseCounts,
         Cut,
         CountTiles,
-        Close,
-        Ready,  ///< of the statistics of the plan after the next one
-        Take
+        ChooseRoom,
+        PrepareNext,  ///< of the statistics of the plan after the next one
+        Replace
     };
 
     static constexpr std::uint32_t kUpdatesPerPlan = 256;
@@ -119,13 +119,19 @@ private:
     static constexpr std::uint64_t kBoxesCounted = 1u << 22;
     static constexpr std::uint64_t kParts = 2;  ///< parts of the counted boxes, one per update
 
-    bool isForOthers(const SearchInput& input) const
+    bool needsNewPlan(const SearchInput& input) const
     {
         return input.count > m_plannedCount + m_plannedCount / 8 || 2 * input.count < m_plannedCount;
     }
 
-    bool hasNews() const { return m_made != m_taken && CloseTiles::isOf(m_word.seen(), m_made); }
-    bool hasOtherShape() const { return hasNews() && !fits(m_shape, CloseTiles::shapeOf(m_word.seen())); }
+    bool hasResult() const
+    {
+        return m_plansMade != m_adopted && ChooseTileRoom::isOf(m_mailbox.value(), m_plansMade);
+    }
+    bool hasOtherShape() const
+    {
+        return hasResult() && !fits(m_shape, ChooseTileRoom::shapeOf(m_mailbox.value()));
+    }
 
     /// Whether launches for this shape also fit a plan of the next shape, which asks for about the same room.
     static bool fits(const TileShape& now, const TileShape& next)
@@ -136,22 +142,22 @@ private:
 
     void adopt()
     {
-        m_shape = CloseTiles::shapeOf(m_word.seen());
-        m_taken = m_made;
+        m_shape = ChooseTileRoom::shapeOf(m_mailbox.value());
+        m_adopted = m_plansMade;
         ++m_launches;
         m_current = 1 - m_current;
         m_age = 0;
-        m_next = Step::Keep;
+        m_next = Step::Sample;
     }
 
     /// Copies the next plan over the one in use, so that recorded launches remain valid.
-    void take(Exec& exec)
+    void replacePlan(Exec& exec)
     {
         if (m_shape.tiles != 0)
             exec.copy(m_plans[m_current].data(), nextPlan(), 1);
-        m_taken = m_made;
+        m_adopted = m_plansMade;
         m_age = 0;
-        m_next = Step::Keep;
+        m_next = Step::Sample;
     }
 
     void make(Exec& exec, const SearchInput& input)
@@ -159,54 +165,54 @@ private:
         exec.join();
         reserve(exec);
         m_sample.keep(exec, input, kBoxesInSample);
-        m_statistics.collectMost(exec, m_sample.boxes());
-        span(exec);
+        m_statistics.collectWithinWindow(exec, m_sample.boxes());
+        chooseCounts(exec);
         cut(exec);
         countTiles(exec, input, 0, 1);
-        close(exec);
+        chooseRoom(exec);
         exec.fork();
-        exec.aside([&] { m_statistics.ready(exec); });
+        exec.onSideStream([&] { m_statistics.prepareNext(exec); });
         m_plannedCount = input.count;
         m_age = 0;
         m_part = 0;
-        m_next = Step::Take;
+        m_next = Step::Replace;
     }
 
     /// Runs the next step, on boxes that have been copied already.
-    void goOn(Exec& exec)
+    void runNextStep(Exec& exec)
     {
         switch (m_next)
         {
             case Step::Sum:
                 m_statistics.begin(exec, m_sample.boxes());
-                m_next = Step::AddUp;
+                m_next = Step::Reduce;
                 break;
-            case Step::AddUp:
-                m_next = m_statistics.addUp(exec) ? Step::Span : Step::AddUp;
+            case Step::Reduce:
+                m_next = m_statistics.reduceStep(exec) ? Step::ChooseCounts : Step::Reduce;
                 break;
-            case Step::Span:
-                span(exec);
+            case Step::ChooseCounts:
+                chooseCounts(exec);
                 m_next = Step::Cut;
                 break;
             case Step::Cut:
                 cut(exec);
                 m_next = Step::CountTiles;
                 break;
-            case Step::Close:
-                close(exec);
-                m_next = Step::Ready;
+            case Step::ChooseRoom:
+                chooseRoom(exec);
+                m_next = Step::PrepareNext;
                 break;
             default:
-                m_statistics.ready(exec);
-                m_next = Step::Take;
+                m_statistics.prepareNext(exec);
+                m_next = Step::Replace;
         }
     }
 
-    void span(Exec& exec)
+    void chooseCounts(Exec& exec)
     {
         exec.clear(m_counts.data(), kStepCounts + kTileCounts);
-        exec.forEach(1, SpanTiles{m_statistics.moments(), m_statistics.sizes(), m_sample.stride(), m_axis,
-                                  m_isForced, nextPlan()});
+        exec.forEach(1, ChooseTileCounts{m_statistics.moments(), m_statistics.sizes(), m_sample.stride(),
+                                         m_axis, m_isForced, nextPlan()});
     }
 
     void cut(Exec& exec)
@@ -227,26 +233,26 @@ private:
     {
         countTiles(exec, input, m_part, kParts);
         m_part = (m_part + 1) % kParts;
-        m_next = m_part == 0 ? Step::Close : Step::CountTiles;
+        m_next = m_part == 0 ? Step::ChooseRoom : Step::CountTiles;
     }
 
-    void close(Exec& exec)
+    void chooseRoom(Exec& exec)
     {
         exec.forEach(TileShape::kMostTiles, FindFullest{tiles(), nextPlan()});
-        ++m_made;
-        exec.forEach(1, CloseTiles{m_counted, static_cast<double>(m_strideOfCount), m_mostRoom, m_isForced,
-                                   nextPlan(), m_made, m_told.data()});
-        m_word.ask(exec, m_told.data());
+        ++m_plansMade;
+        exec.forEach(1, ChooseTileRoom{m_counted, static_cast<double>(m_strideOfCount), m_mostRoom,
+                                       m_isForced, nextPlan(), m_plansMade, m_summary.data()});
+        m_mailbox.request(exec, m_summary.data());
     }
 
     void reserve(Exec& exec)
     {
-        if (m_word.isThere())
+        if (m_mailbox.isReserved())
             return;
         reservePlans(exec, m_plans);
         exec.reserve(m_counts, kStepCounts + kTileCounts);
-        exec.reserve(m_told, 1);
-        m_word.reserve(exec);
+        exec.reserve(m_summary, 1);
+        m_mailbox.reserve(exec);
     }
 
     /// The plan that is not in use.
@@ -257,7 +263,8 @@ private:
     static constexpr double kRoomOfCapacity = 64;  ///< boxes in a tile for each unit of the initial capacity
     static constexpr double kMostRoom = TileShape::kMostRoom;
     static constexpr std::uint64_t kStepCounts = 3 * TileSteps::kPerAxis;
-    static constexpr std::uint64_t kTileCounts = std::uint64_t{TileShape::kMostTiles} * CountTiles::kApart;
+    static constexpr std::uint64_t kTileCounts =
+        std::uint64_t{TileShape::kMostTiles} * CountTiles::kCounterStride;
 
     PsapAxis m_axis;
     bool m_isForced;
@@ -266,19 +273,19 @@ private:
     std::uint32_t m_age = 0;           ///< updates since the plan in use was adopted
     std::uint64_t m_plannedCount = 0;  ///< 0: no plan
     std::uint64_t m_strideOfCount = 1;
-    std::uint64_t m_counted = 0;   ///< boxes counted into tiles
-    std::uint64_t m_part = 0;      ///< the part that is counted next
-    std::uint32_t m_made = 0;      ///< number of plans made
-    std::uint32_t m_taken = 0;     ///< number of the plan in use
-    std::uint32_t m_launches = 0;  ///< number of shapes adopted
+    std::uint64_t m_counted = 0;    ///< boxes counted into tiles
+    std::uint64_t m_part = 0;       ///< the part that is counted next
+    std::uint32_t m_plansMade = 0;  ///< number of plans made
+    std::uint32_t m_adopted = 0;    ///< number of the plan in use
+    std::uint32_t m_launches = 0;   ///< number of shapes adopted
     TileShape m_shape{};
     unsigned m_current = 0;
-    Step m_next = Step::Keep;
+    Step m_next = Step::Sample;
     Statistics<Exec> m_statistics;
     BoxSample<Exec> m_sample;
     Buffer<TilePlan> m_plans[2];
     Buffer<std::uint32_t> m_counts;
-    Buffer<std::uint64_t> m_told;
-    ToldWord<Exec> m_word;
+    Buffer<std::uint64_t> m_summary;
+    ResultMailbox<Exec> m_mailbox;
 };
 }  // namespace cullet::psap

@@ -30,10 +30,10 @@ struct SearchTiles
 {
     using Memory = TileMemory;
 
-    RowPartners<IsNew, TestAtOnce> partners;  ///< its plan is null
+    PartnerSearch<IsNew, TestAllAxes> partners;  ///< its plan is null
     const TilePlan* plan;
-    RowBinSet set;
-    RowBinSet other;  ///< cleared for the next update
+    BinSet set;
+    BinSet other;  ///< cleared for the next update
     TileShape shape;
     std::uint64_t* pairCount;  ///< set to kOverflowed where a tile was full
 
@@ -44,24 +44,24 @@ struct SearchTiles
         if (tile != 0)
             return;
         *other.totals = {};
-        if (set.totals->spilled != 0)
-            *pairCount = kSpilled;
+        if (set.totals->overflowed != 0)
+            *pairCount = kOverflowed;
     }
 
     /// Numbers of boxes to search.
     struct Counts
     {
-        std::uint32_t boxes;  ///< in the tile
-        std::uint32_t sides;  ///< unbounded boxes
+        std::uint32_t boxes;           ///< in the tile
+        std::uint32_t unboundedCount;  ///< unbounded boxes
     };
     CULLET_HOST_DEVICE Counts countsOf(std::uint32_t tile) const
     {
         const std::uint32_t boxes = set.counts[tile];  // loaded together with the totals
         const BinTotals totals = *set.totals;
-        return totals.spilled == 0 ? Counts{boxes, totals.sides} : Counts{0, 0};
+        return totals.overflowed == 0 ? Counts{boxes, totals.unboundedCount} : Counts{0, 0};
     }
 
-    CULLET_HOST_DEVICE const RowRecord* recordsOf(std::uint32_t tile) const
+    CULLET_HOST_DEVICE const SortRecord* recordsOf(std::uint32_t tile) const
     {
         return partners.records + std::uint64_t{tile} * shape.room;
     }
@@ -70,28 +70,30 @@ struct SearchTiles
     ///
     /// @param a, b the records that the tile has of both boxes
     template <class Test>
-    CULLET_HOST_DEVICE bool reports(const RowRecord& a, const RowRecord& b, const Test& entryTest) const
+    CULLET_HOST_DEVICE bool reports(const SortRecord& a, const SortRecord& b, const Test& entryTest) const
     {
         if (TileMark::begins(a.back.bin | b.back.bin) != kBeginsThere || !meets(a, b))
             return false;
-        const float ways = TileMark::way(a.back.bin) + TileMark::way(b.back.bin);
-        return entryTest(RowPair{a.back.row, b.back.row}, ways, [&] { return overlapOf(a, b); });
+        const float distance = TileMark::distance(a.back.bin) + TileMark::distance(b.back.bin);
+        return entryTest(RowPair{a.back.row, b.back.row}, distance, [&] { return overlapOf(a, b); });
     }
 
     /// Tests a box against the unbounded boxes, in the tile that contains its lower corner.
     template <class Emit>
-    CULLET_HOST_DEVICE void searchSides(const RowRecord& record, std::uint32_t sides, Emit& emit) const
+    CULLET_HOST_DEVICE void testAgainstUnbounded(const SortRecord& record, std::uint32_t unboundedCount,
+                                                 Emit& emit) const
     {
         if (TileMark::begins(record.back.bin) == kBeginsThere)
-            partners.searchSide(record.back.row, 0, sides, 1, emit);
+            partners.searchUnbounded(record.back.row, 0, unboundedCount, 1, emit);
     }
 
     /// Tests every `tiles`-th unbounded box against the unbounded boxes after it.
     template <class Emit>
-    CULLET_HOST_DEVICE void searchAmongSides(std::uint32_t tile, std::uint32_t sides, Emit& emit) const
+    CULLET_HOST_DEVICE void searchAmongUnbounded(std::uint32_t tile, std::uint32_t unboundedCount,
+                                                 Emit& emit) const
     {
-        for (std::uint32_t k = tile; k < sides; k += shape.tiles)
-            partners.searchSide(partners.side[k], k + 1, sides, 1, emit);
+        for (std::uint32_t k = tile; k < unboundedCount; k += shape.tiles)
+            partners.searchUnbounded(partners.unbounded[k], k + 1, unboundedCount, 1, emit);
     }
 
     /// The whole step, on the CPU.
@@ -100,31 +102,32 @@ struct SearchTiles
     {
         begin(tile);
         const Counts counts = countsOf(tile);
-        const RowRecord* records = recordsOf(tile);
+        const SortRecord* records = recordsOf(tile);
         const TileFrame frame(*plan, tile);
         sort(frame, records, counts.boxes, memory);
-        const auto entryTest = partners.isNew.ready();
+        const auto entryTest = partners.isNew.preloaded();
         for (std::uint32_t slot = 0; slot < counts.boxes; ++slot)
         {
-            const RowRecord& self = records[memory.records[slot]];
+            const SortRecord& self = records[memory.records[slot]];
             const TileBox box = memory.boxes[slot];
             const TileRanges ranges(frame, plan->reach, memory.starts.data(), box, slot, true);
             for (int r = 0; r < TileRanges::kCount; ++r)
                 for (std::uint32_t k = ranges.begin[r]; k < ranges.end[r]; ++k)
                 {
                     emit.tested(1);
-                    const RowRecord& partner = records[memory.records[k]];
+                    const SortRecord& partner = records[memory.records[k]];
                     if (box.mayMeet(memory.boxes[k]) && reports(self, partner, entryTest))
                         emit.push({self.back.row, partner.back.row});
                 }
-            searchSides(self, counts.sides, emit);
+            testAgainstUnbounded(self, counts.unboundedCount, emit);
         }
-        searchAmongSides(tile, counts.sides, emit);
+        searchAmongUnbounded(tile, counts.unboundedCount, emit);
     }
 
 private:
     /// Sorts the records of a tile by cell.
-    void sort(const TileFrame& frame, const RowRecord* records, std::uint32_t count, TileMemory& memory) const
+    void sort(const TileFrame& frame, const SortRecord* records, std::uint32_t count,
+              TileMemory& memory) const
     {
         // Counted with an offset of two, so that after the loops starts[c] is the first record of cell c.
         std::uint32_t* ends = memory.starts.data() + 1;
@@ -172,28 +175,29 @@ public:
         m_input = input;
         m_tiles.begin(exec);
         exec.placeInTiles(PlaceInTiles{input.boxes, input.count, m_planner.plan(), m_planner.shape(),
-                                       m_tiles.current(), m_side.data(), m_records.data(), input.pairCount,
-                                       input.copies});
+                                       m_tiles.current(), m_unbounded.data(), m_records.data(),
+                                       input.pairCount, input.copies});
     }
 
     /// @param isNew EveryPair, or another entry test
     template <class IsNew>
     void emit(Exec& exec, const IsNew& isNew, const PairList& pairs)
     {
-        exec.searchTiles(SearchTiles<IsNew>{{m_records.data(), nullptr, m_input.boxes, m_side.data(), isNew},
-                                            m_planner.plan(),
-                                            m_tiles.current(),
-                                            m_tiles.other(),
-                                            m_planner.shape(),
-                                            pairs.count},
-                         pairs);
-        m_tiles.noteSearched();
+        exec.searchTiles(
+            SearchTiles<IsNew>{{m_records.data(), nullptr, m_input.boxes, m_unbounded.data(), isNew},
+                               m_planner.plan(),
+                               m_tiles.current(),
+                               m_tiles.other(),
+                               m_planner.shape(),
+                               pairs.count},
+            pairs);
+        m_tiles.markOtherClear();
     }
 
     TilePlanner<Exec>& planner() { return m_planner; }
     /// Whether prepare() would return the same result, and the next build() make the same launches as the last but
     /// one.
-    bool isRepeatable(const SearchInput& input) const { return m_planner.isSettled(input); }
+    bool isRepeatable(const SearchInput& input) const { return m_planner.isPlanCurrent(input); }
 
     /// Counts an update that repeated recorded launches instead of calling prepare() and build().
     void countRepeat() { m_tiles.swap(); }
@@ -201,13 +205,13 @@ public:
     /// Discards the plan after a tile was full.
     ///
     /// @return whether the plan was nearly new
-    bool noteSpill() { return m_planner.giveUp(); }
+    bool recordOverflow() { return m_planner.giveUp(); }
 
     unsigned nextPhase() const { return m_tiles.nextPhase(); }
     /// Changes when the launches of build() change.
     std::uint32_t launches() const { return m_planner.launches(); }
 
-    const std::uint32_t* sideCount() const { return m_tiles.sideCount(); }
+    const std::uint32_t* unboundedCount() const { return m_tiles.unboundedCount(); }
     std::uint64_t entryCount() const { return m_input.count; }
 
 private:
@@ -217,7 +221,7 @@ private:
     void reserveForShape(Exec& exec)
     {
         const TileShape shape = m_planner.shape();
-        exec.reserve(m_side, PlaceInTiles::kMostSides);
+        exec.reserve(m_unbounded, PlaceInTiles::kMostUnbounded);
         m_tiles.reserve(exec, shape.tiles);
         m_tiles.forget();
         exec.reserve(m_records, std::uint64_t{shape.tiles} * shape.room);
@@ -228,7 +232,7 @@ private:
     TilePlanner<Exec> m_planner;
     std::uint32_t m_launches = 0;  ///< version of the launches for which memory is reserved
     BinDoubleBuffer<Exec> m_tiles;
-    Buffer<RowRecord> m_records;
-    Buffer<std::uint32_t> m_side;
+    Buffer<SortRecord> m_records;
+    Buffer<std::uint32_t> m_unbounded;
 };
 }  // namespace cullet::psap

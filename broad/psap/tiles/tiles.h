@@ -60,7 +60,7 @@ struct alignas(16) TilePlan
     std::uint32_t cells[3];      ///< cells in a tile
     std::uint32_t reach[3];      ///< most quanta along an edge of a box
     float scale[3];              ///< quanta per length
-    std::uint32_t mostBits;      ///< boxes in the fullest tile of the sample, for atomicMaxFloat()
+    std::uint32_t fullestBits;   ///< boxes in the fullest tile of the sample, for atomicMaxFloat()
     std::uint32_t entries;       ///< records of the sample, counted in each of their tiles
     float low[3][kMostPerAxis];  ///< where tiles begin
     std::uint8_t ofStep[3][TileSteps::kPerAxis];
@@ -102,11 +102,11 @@ inline constexpr std::uint32_t kBeginsThere = 7;
 /// far it has moved since the last update, as a float rounded up.
 struct TileMark
 {
-    CULLET_HOST_DEVICE static std::uint32_t of(float way)
+    CULLET_HOST_DEVICE static std::uint32_t of(float distance)
     {
-        return (bitsOf(way) + kBeginsThere) & ~kBeginsThere;
+        return (bitsOf(distance) + kBeginsThere) & ~kBeginsThere;
     }
-    CULLET_HOST_DEVICE static float way(std::uint32_t mark) { return floatOf(mark & ~kBeginsThere); }
+    CULLET_HOST_DEVICE static float distance(std::uint32_t mark) { return floatOf(mark & ~kBeginsThere); }
     CULLET_HOST_DEVICE static std::uint32_t begins(std::uint32_t mark) { return mark & kBeginsThere; }
     CULLET_HOST_DEVICE static std::uint32_t with(std::uint32_t mark, std::uint32_t begins)
     {
@@ -116,7 +116,7 @@ struct TileMark
 
 /// @param ofStep TilePlan::ofStep, or a copy of it
 CULLET_HOST_DEVICE inline TileRange tilesOf(const TileSteps& steps, const std::uint8_t* ofStep,
-                                            const RowRecord& box)
+                                            const SortRecord& box)
 {
     const auto tile = [&](std::uint32_t axis, float x) -> std::uint32_t
     { return ofStep[axis * TileSteps::kPerAxis + steps.stepOf(axis, x)]; };
@@ -128,15 +128,15 @@ CULLET_HOST_DEVICE inline TileRange tilesOf(const TileSteps& steps, const std::u
 struct PlaceInTiles
 {
     /// Most boxes that are too large for tiles; they are treated as unbounded ones.
-    static constexpr std::uint32_t kMostSides = 32;
+    static constexpr std::uint32_t kMostUnbounded = 32;
 
     const Aabb* boxes;
     std::uint64_t count;
     const TilePlan* plan;
     TileShape shape;
-    RowBinSet set;             ///< its bins are tiles
-    std::uint32_t* side;       ///< [kMostSides, out]
-    RowRecord* records;        ///< [tiles * room, out]; `bin` is a TileMark
+    BinSet set;                ///< its bins are tiles
+    std::uint32_t* unbounded;  ///< [kMostUnbounded, out]
+    SortRecord* records;       ///< [tiles * room, out]; `bin` is a TileMark
     std::uint64_t* pairCount;  ///< set to 0, or null
     BoxCopies copies;
 
@@ -145,9 +145,9 @@ struct PlaceInTiles
         begin(i);
         const Aabb box = loadBox(boxes, i);
         const std::uint32_t mark = keepCopy(i, box);
-        if (!takes(i, box))
+        if (!accepts(i, box))
             return;
-        RowRecord record = recordOf(box, plan->axes, static_cast<std::uint32_t>(i), mark);
+        SortRecord record = recordOf(box, plan->axes, static_cast<std::uint32_t>(i), mark);
         tilesOf(plan->steps, plan->ofStep[0], record)
             .forEach(plan->steps,
                      [&](std::uint32_t tile, std::uint32_t begins)
@@ -168,23 +168,23 @@ struct PlaceInTiles
     /// @return the TileMark for the tile in which the box begins
     CULLET_HOST_DEVICE std::uint32_t keepCopy(std::uint64_t i, const Aabb& box) const
     {
-        const float way = copies.now != nullptr && i < count ? copies.keep(i, box) : kInfinity;
-        return TileMark::with(TileMark::of(way), kBeginsThere);
+        const float distance = copies.now != nullptr && i < count ? copies.keep(i, box) : kInfinity;
+        return TileMark::with(TileMark::of(distance), kBeginsThere);
     }
 
     /// Whether the box belongs into tiles. Larger boxes are appended to the list of unbounded boxes, invalid ones to
     /// none.
-    CULLET_HOST_DEVICE bool takes(std::uint64_t i, const Aabb& box) const
+    CULLET_HOST_DEVICE bool accepts(std::uint64_t i, const Aabb& box) const
     {
         if (!isValid(box))
             return false;
         if (boundedExtent(box) <= plan->limit)
             return true;
-        const std::uint32_t place = fetchAdd(&set.totals->sides, 1u);
-        if (place < kMostSides)
-            side[place] = static_cast<std::uint32_t>(i);
+        const std::uint32_t place = fetchAdd(&set.totals->unboundedCount, 1u);
+        if (place < kMostUnbounded)
+            unbounded[place] = static_cast<std::uint32_t>(i);
         else
-            spill();
+            countOverflow();
         return false;
     }
 
@@ -194,11 +194,11 @@ struct PlaceInTiles
         const std::uint32_t rank = fetchAdd(&set.counts[tile], wanted);
         if (rank + wanted <= shape.room)
             return tile * shape.room + rank;
-        spill();
+        countOverflow();
         return kNoPlace;
     }
 
-    CULLET_HOST_DEVICE void spill() const { fetchAdd(&set.totals->spilled, 1u); }
+    CULLET_HOST_DEVICE void countOverflow() const { fetchAdd(&set.totals->overflowed, 1u); }
 };
 
 /// A box in quanta of its tile: 10 + 10 + 9 bits for each corner, with a zero guard bit above each number.
@@ -250,11 +250,11 @@ struct TileFrame
         cells[1] = plan.cells[1];
     }
 
-    CULLET_HOST_DEVICE std::uint32_t lowCorner(const RowRecord& box) const
+    CULLET_HOST_DEVICE std::uint32_t lowCorner(const SortRecord& box) const
     {
         return TileBox::packed(quanta(0, box.front.s0), quanta(1, box.front.u0), quanta(2, box.back.v0));
     }
-    CULLET_HOST_DEVICE std::uint32_t highCorner(const RowRecord& box) const
+    CULLET_HOST_DEVICE std::uint32_t highCorner(const SortRecord& box) const
     {
         return TileBox::packed(quanta(0, box.front.s1), quanta(1, box.front.u1), quanta(2, box.back.v1));
     }
@@ -302,10 +302,10 @@ struct TileRanges
         const std::uint32_t next = row + frame.cells[1] * frame.cells[0];
         begin[0] = slot + 1;
         end[0] = isBox ? starts[row + s1] : 0;
-        take(1, hasRight, starts, right + s0, right + s1);
-        take(2, hasLeft, starts, next - frame.cells[0] + s0, next - frame.cells[0] + s1);
-        take(3, hasNext, starts, next + s0, next + s1);
-        take(4, hasNext && hasRight, starts, next + frame.cells[0] + s0, next + frame.cells[0] + s1);
+        setRange(1, hasRight, starts, right + s0, right + s1);
+        setRange(2, hasLeft, starts, next - frame.cells[0] + s0, next - frame.cells[0] + s1);
+        setRange(3, hasNext, starts, next + s0, next + s1);
+        setRange(4, hasNext && hasRight, starts, next + frame.cells[0] + s0, next + frame.cells[0] + s1);
     }
 
 private:
@@ -315,8 +315,8 @@ private:
     }
 
     template <class Start>
-    CULLET_HOST_DEVICE void take(int range, bool isThere, const Start* starts, std::uint32_t first,
-                                 std::uint32_t last)
+    CULLET_HOST_DEVICE void setRange(int range, bool isThere, const Start* starts, std::uint32_t first,
+                                     std::uint32_t last)
     {
         begin[range] = isThere ? starts[first] : 0;
         end[range] = isThere ? starts[last] : 0;

@@ -45,7 +45,7 @@ private:
 /// Memory of the CPU for one list of changes. The executor writes it directly, which is faster than writing it to
 /// device memory and copying it.
 template <class Exec>
-class FetchedPairs
+class DownloadedPairs
 {
 public:
     /// Makes room for a list.
@@ -56,7 +56,7 @@ public:
     {
         pairs.resize(room);
         // Locking pays for memory that is used again; memory used once is copied faster.
-        m_isDirect = pairs.data() == m_last && exec.canReach(pairs.data(), pairs.capacity());
+        m_isDirect = pairs.data() == m_last && exec.canAccessDirectly(pairs.data(), pairs.capacity());
         m_last = pairs.data();
         if (m_isDirect)
             return exec.mappedForWriting(pairs.data(), room);
@@ -116,7 +116,7 @@ public:
         while (isVoid || counts.added > m_room.added || counts.removed > m_room.removed || isOverfull())
         {
             if (isOverfull())
-                m_updatesToSkip = m_firstIds.areKnown() ? kUpdatesToSkip : 1;
+                m_updatesWithoutBuckets = m_firstIds.areKnown() ? kUpdatesWithoutBuckets : 1;
             enqueue(exec, lists, largestId, counts, delta);
             exec.wait();
             isVoid = false;
@@ -124,7 +124,7 @@ public:
         m_added.take(counts.added, delta.added);
         m_removed.take(counts.removed, delta.removed);
         m_firstIds = FirstIds::of(delta);
-        m_updatesToSkip -= m_updatesToSkip > 0 ? 1 : 0;
+        m_updatesWithoutBuckets -= m_updatesWithoutBuckets > 0 ? 1 : 0;
         expect(counts.added, m_expected.added);
         expect(counts.removed, m_expected.removed);
     }
@@ -143,7 +143,7 @@ private:
     static constexpr std::uint64_t kChangesPerBucket = 2;
     static constexpr std::uint32_t kFewestBuckets = 128;
     // A box that changed many pairs may do so again in the next updates.
-    static constexpr std::uint32_t kUpdatesToSkip = 16;
+    static constexpr std::uint32_t kUpdatesWithoutBuckets = 16;
 
     bool isOverfull() const { return m_report.data()->isOverfull != 0; }
 
@@ -161,11 +161,11 @@ private:
         for (Buffer<std::uint64_t>& keys : m_keys)
             exec.reserve(keys, room.total());
         exec.reserve(m_report, 1);
-        const NamedChanges changes = {m_added.prepare(exec, room.added, delta.added),
-                                      m_removed.prepare(exec, room.removed, delta.removed)};
+        const SortedChanges changes = {m_added.prepare(exec, room.added, delta.added),
+                                       m_removed.prepare(exec, room.removed, delta.removed)};
         if (room.total() <= kFew)
             rank(exec, lists, bits, changes);
-        else if (m_updatesToSkip == 0)
+        else if (m_updatesWithoutBuckets == 0)
             orderByBuckets(exec, {lists, bits, room, bucketsFor(exec, largestId)}, changes);
         else
             sort(exec, lists, bits, changes);
@@ -180,7 +180,7 @@ private:
                                  exec.mappedForWriting(m_report.data())});
     }
 
-    void rank(Exec& exec, const ChangeLists& lists, IdBits bits, const NamedChanges& changes)
+    void rank(Exec& exec, const ChangeLists& lists, IdBits bits, const SortedChanges& changes)
     {
         exec.reserve(m_ranks, m_room.total());
         close(exec, lists, bits, {}, m_ranks.data());
@@ -188,7 +188,7 @@ private:
         exec.forEach(step.indices(), step);
     }
 
-    void orderByBuckets(Exec& exec, const BucketOrder& order, const NamedChanges& changes)
+    void orderByBuckets(Exec& exec, const BucketOrder& order, const SortedChanges& changes)
     {
         close(exec, order.lists, order.bits, order.buckets, nullptr);
         exec.scan(order.buckets.counts, m_starts.data(), order.buckets.count());
@@ -227,7 +227,7 @@ private:
         return {first, first + count - 1, shift};
     }
 
-    void sort(Exec& exec, const ChangeLists& lists, IdBits bits, const NamedChanges& changes)
+    void sort(Exec& exec, const ChangeLists& lists, IdBits bits, const SortedChanges& changes)
     {
         close(exec, lists, bits, {}, nullptr);
         const std::uint64_t* keys = m_keys[0].data();
@@ -241,11 +241,11 @@ private:
     ChangeCounts m_expected;  ///< expected changes of the next update
     ChangeCounts m_room{};    ///< room for changes, in the last call
     FirstIds m_firstIds;      ///< expected first ids
-    std::uint32_t m_updatesToSkip = 0;
+    std::uint32_t m_updatesWithoutBuckets = 0;
     std::uint32_t m_bucketCount = 0;
     Buffer<std::uint32_t> m_counts, m_starts, m_ranks;
     Buffer<std::uint64_t> m_keys[2];  ///< unsorted and sorted
-    FetchedPairs<Exec> m_added, m_removed;
+    DownloadedPairs<Exec> m_added, m_removed;
     typename Exec::template Staging<UpdateReport> m_report;
 };
 }  // namespace cullet::psap

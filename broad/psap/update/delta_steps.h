@@ -19,7 +19,7 @@ struct IdBits
 {
     std::uint32_t bits;  ///< bits of an id
 
-    static IdBits forIds(std::uint32_t largest) { return {std::max(bitCountOf(largest), 1u)}; }
+    static IdBits forIds(std::uint32_t largest) { return {std::max(bitWidthOf(largest), 1u)}; }
 
     int keyBits() const { return static_cast<int>(2 * bits); }
 
@@ -54,9 +54,9 @@ struct ChangeLists
     std::uint64_t keptRoom;
     LookupTable table;
     const Counters* counters;
-    const std::uint32_t* sides;
+    const std::uint32_t* unboundedCount;
     const std::uint32_t* uniqueIds;  ///< by row
-    Tally* next;                     ///< counters of the next update, which this step clears
+    UpdateCounters* next;            ///< counters of the next update, which this step clears
 
     /// Whether no list was too short, so that the search need not be repeated.
     CULLET_HOST_DEVICE bool areComplete(const ListCounts& counts) const
@@ -65,7 +65,7 @@ struct ChangeLists
     }
 
     /// Number of changes to be sorted.
-    CULLET_HOST_DEVICE ChangeCounts namedCounts(ChangeCounts room) const
+    CULLET_HOST_DEVICE ChangeCounts sortedCounts(ChangeCounts room) const
     {
         const ListCounts counts = counters->lists;
         if (!areComplete(counts))
@@ -75,7 +75,7 @@ struct ChangeLists
 };
 
 /// Memory of the CPU that the executor writes the sorted changes to.
-struct NamedChanges
+struct SortedChanges
 {
     Pair *added, *removed;  ///< room for the expected number of pairs
 };
@@ -134,7 +134,7 @@ struct CloseUpdate
         const ListCounts counts = lists.counters->lists;
         const bool isComplete = lists.areComplete(counts);
         if (i == 0)
-            tellCounts();
+            reportCounts();
         if (i <= lists.table.mask && isComplete)
             lists.table.slots[i] = LookupTable::kFree;
         if (i >= room.total())
@@ -154,19 +154,19 @@ struct CloseUpdate
             lists.kept[counts.kept + k] = pair;
             lists.keptDepths[counts.kept + k] = 0;
         }
-        name(i, isRemoved, pair);
+        writeKey(i, isRemoved, pair);
     }
 
 private:
-    CULLET_HOST_DEVICE void tellCounts() const
+    CULLET_HOST_DEVICE void reportCounts() const
     {
         report->counters = *lists.counters;
-        report->counters.side = *lists.sides;
+        report->counters.unboundedCount = *lists.unboundedCount;
         report->isOverfull = 0;
         *lists.next = {};
     }
 
-    CULLET_HOST_DEVICE void name(std::uint64_t i, bool isRemoved, RowPair pair) const
+    CULLET_HOST_DEVICE void writeKey(std::uint64_t i, bool isRemoved, RowPair pair) const
     {
         const std::uint32_t a = lists.uniqueIds[pair.a];
         const std::uint32_t b = lists.uniqueIds[pair.b];
@@ -185,7 +185,7 @@ struct BucketOrder
     ChangeCounts room;
     ChangeBuckets buckets;
 
-    CULLET_HOST_DEVICE ChangeCounts counts() const { return lists.namedCounts(room); }
+    CULLET_HOST_DEVICE ChangeCounts counts() const { return lists.sortedCounts(room); }
 
     CULLET_HOST_DEVICE std::uint32_t bucketOf(bool isRemoved, std::uint64_t key) const
     {
@@ -221,7 +221,7 @@ struct OrderBucket
 
     BucketOrder order;
     const std::uint64_t* byBucket;  ///< [changes] from FillBucket
-    NamedChanges changes;           ///< [out] void where a bucket is overfull
+    SortedChanges changes;          ///< [out] void where a bucket is overfull
     UpdateReport* report;
 
     CULLET_HOST_DEVICE void operator()(std::uint64_t i) const
@@ -244,7 +244,7 @@ struct OrderBucket
         for (; last < end && last - first < kOverfull && isInBucket(last); ++last)
             smaller += byBucket[last] < key ? 1 : 0;
         if (last - first >= kOverfull)
-            setAlike(&report->isOverfull, 1u);
+            storeSameValue(&report->isOverfull, 1u);
         else
             (isRemoved ? changes.removed : changes.added)[first - begin + smaller] = order.bits.pairOf(key);
     }
@@ -262,7 +262,7 @@ struct RankChange
     ChangeCounts room;          ///< at most kMost
     const std::uint64_t* keys;  ///< [room] from CloseUpdate
     std::uint32_t* ranks;       ///< [room] 0 before
-    NamedChanges changes;       ///< [out]
+    SortedChanges changes;      ///< [out]
 
     std::uint64_t indices() const { return room.total() * kShares; }
 
@@ -272,20 +272,20 @@ struct RankChange
         const auto all = static_cast<std::uint32_t>(room.total());
         const std::uint32_t share = static_cast<std::uint32_t>(index) / all;
         const std::uint32_t i = static_cast<std::uint32_t>(index) % all;
-        const ChangeCounts counts = lists.namedCounts(room);
+        const ChangeCounts counts = lists.sortedCounts(room);
         const bool isRemoved = i >= room.added;
-        const std::uint64_t* const alike = keys + (isRemoved ? room.added : 0);
+        const std::uint64_t* const sameKind = keys + (isRemoved ? room.added : 0);
         const auto count = static_cast<std::uint32_t>(isRemoved ? counts.removed : counts.added);
         const std::uint32_t k = isRemoved ? i - static_cast<std::uint32_t>(room.added) : i;
         if (k >= count)
             return;
-        const std::uint64_t key = alike[k];
+        const std::uint64_t key = sameKind[k];
         const std::uint32_t each = (count + kShares - 1) / kShares;
         const std::uint32_t begin = share * each;
         const std::uint32_t end = begin + each < count ? begin + each : count;
         std::uint32_t smaller = 0;
         for (std::uint32_t other = begin; other < end; ++other)
-            smaller += alike[other] < key ? 1 : 0;
+            smaller += sameKind[other] < key ? 1 : 0;
         // The low bits of the sum count the shares that have been added.
         const std::uint32_t before = fetchAdd(&ranks[i], smaller * kShares + 1);
         if (before % kShares == kShares - 1)
@@ -299,7 +299,7 @@ struct UnpackKey
     const std::uint64_t* keys;  ///< [room] sorted; those of the pairs that enter come first
     IdBits bits;
     ChangeCounts room;
-    NamedChanges changes;  ///< [room, out]
+    SortedChanges changes;  ///< [room, out]
 
     CULLET_HOST_DEVICE void operator()(std::uint64_t i) const
     {

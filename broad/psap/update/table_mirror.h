@@ -36,7 +36,7 @@ public:
     {
         m_rowCount = 0;
         m_dirtyCount = 0;
-        m_areOld = false;
+        m_isPreviousCopied = false;
         m_hasFilters = false;
         m_isFresh = true;
     }
@@ -45,25 +45,25 @@ public:
     ///
     /// @param onPart called with the end of each part but the last, where boxes are uploaded in parts on a stream of
     ///     their own: rows before that end are in place while later ones are being uploaded
-    template <class Ready>
-    void send(Exec& exec, const ProxyView& view, const RowWays& ways, const Ready& ready)
+    template <class OnPart>
+    void send(Exec& exec, const ProxyView& view, const MotionRecorder& motion, const OnPart& onPart)
     {
         reserveRows(exec, view.size);
         m_haveAllChanged = m_isFresh || view.dirtyCount == view.size;
         const bool isDirect = isSentDirectly(exec, view);
         const bool sendsAll = m_haveAllChanged || isDirect;
-        growOld(exec, view, sendsAll);
+        copyToPrevious(exec, view, sendsAll);
         if (view.size > m_rowCount)
             exec.forEachFrom(m_rowCount, view.size,
-                             ForgetRow{m_now.data(), m_old.data(), m_changes.data(), sent()});
+                             ClearRow{m_now.data(), m_old.data(), m_changes.data(), sent()});
         m_dirtyIsAll = sendsAll;
         m_dirtyCount = sendsAll ? view.size : view.dirtyCount;
         const Staged all =
-            sendsAll ? sendTable(exec, view, isDirect, ways, ready) : sendScattered(exec, view, ways);
+            sendsAll ? sendTable(exec, view, isDirect, motion, onPart) : sendScattered(exec, view, motion);
         if (view.filters != nullptr)
             sendFilters(exec, view, (all.anyChanges & (kRowCreated | kRowRefiltered)) != 0);
         if ((all.anyChanges & kRowCreated) != 0)
-            exec.uploadNow(m_uniqueIds.data(), view.uniqueIds, view.size);
+            exec.uploadAndWait(m_uniqueIds.data(), view.uniqueIds, view.size);
         m_largestId = std::max(m_largestId, all.largestId);
         m_hasFilters = view.filters != nullptr;
         m_rowCount = view.size;
@@ -73,12 +73,12 @@ public:
     /// Copies rows that changed in this update to the previous boxes already after this update, so that the next one
     /// need not begin with that. The caller must have finished with this update. Does nothing where all rows have
     /// changed: the two arrays are swapped instead.
-    void growOldBehind(Exec& exec)
+    void copyToPreviousEarly(Exec& exec)
     {
-        if (m_dirtyIsAll || m_areOld)
+        if (m_dirtyIsAll || m_isPreviousCopied)
             return;
-        ageChanged(exec);
-        m_areOld = true;
+        copyChangedToPrevious(exec);
+        m_isPreviousCopied = true;
     }
 
     std::uint64_t count() const { return m_rowCount; }
@@ -121,25 +121,26 @@ private:
 
     static bool isTableLocked(const Exec& exec, const ProxyView& view)
     {
-        return view.lockableRows >= view.size && exec.canReach(view.boxes, view.lockableRows);
+        return view.lockableRows >= view.size && exec.canAccessDirectly(view.boxes, view.lockableRows);
     }
 
     /// Makes the boxes of the last update the previous ones.
     ///
     /// @param sendsAll every row is uploaded anew
-    void growOld(Exec& exec, const ProxyView& view, bool sendsAll)
+    void copyToPrevious(Exec& exec, const ProxyView& view, bool sendsAll)
     {
         // All current boxes become previous ones.
         if (!m_isFresh && view.size == m_rowCount && sendsAll)
             std::swap(m_now, m_old);
-        else if (!m_areOld)
-            ageChanged(exec);
-        m_areOld = false;
+        else if (!m_isPreviousCopied)
+            copyChangedToPrevious(exec);
+        m_isPreviousCopied = false;
     }
 
-    void ageChanged(Exec& exec)
+    void copyChangedToPrevious(Exec& exec)
     {
-        exec.forEach(m_dirtyCount, AgeRow{dirtyRows(), m_now.data(), m_old.data(), m_changes.data(), sent()});
+        exec.forEach(m_dirtyCount,
+                     CopyRowToPrevious{dirtyRows(), m_now.data(), m_old.data(), m_changes.data(), sent()});
     }
 
     static std::uint64_t wordsFor(std::uint64_t rows) { return (rows + 31) / 32; }
@@ -149,14 +150,14 @@ private:
     /// Uploads all boxes and stores them in place.
     ///
     /// @param isDirect uploads from the table itself, without packing
-    template <class Ready>
-    Staged sendTable(Exec& exec, const ProxyView& view, bool isDirect, const RowWays& ways,
-                     const Ready& ready)
+    template <class OnPart>
+    Staged sendTable(Exec& exec, const ProxyView& view, bool isDirect, const MotionRecorder& motion,
+                     const OnPart& onPart)
     {
         const std::uint64_t room = std::max<std::uint64_t>(m_dirtyCount, 1);
         m_staging.reserve(exec, room, !isDirect);
         if (m_dirtyCount <= std::min(kMostRead, m_tablePart))
-            return sendToRead(exec, view, isDirect, ways);
+            return sendMapped(exec, view, isDirect, motion);
         exec.reserve(m_newBoxes, room);
         exec.reserve(m_newChanges, room);
         if (isDirect)
@@ -173,22 +174,22 @@ private:
             // Usually all rows have moved and nothing else, so that no change bits per row are needed.
             if (!staged.isUniform())
                 exec.upload(m_newChanges.data() + begin, m_staging.changes() + begin, end - begin);
-            apply(exec, begin, end, {m_newBoxes.data(), false, m_newChanges.data(), nullptr}, staged, ways);
+            apply(exec, begin, end, {m_newBoxes.data(), false, m_newChanges.data(), nullptr}, staged, motion);
             all.add(staged);
             if (isDirect && end != m_dirtyCount)
-                ready(end);
+                onPart(end);
         }
         return all;
     }
 
     /// sendTable() for a small table: the step that stores the boxes reads them from the memory of the CPU.
-    Staged sendToRead(Exec& exec, const ProxyView& view, bool isDirect, const RowWays& ways)
+    Staged sendMapped(Exec& exec, const ProxyView& view, bool isDirect, const MotionRecorder& motion)
     {
         const Staged staged = stageTable(view, 0, m_dirtyCount, !isDirect);
         apply(exec, 0, m_dirtyCount,
               {exec.mapped(isDirect ? view.boxes : m_staging.boxes(), m_dirtyCount), false,
                exec.mapped(m_staging.changes(), 0), nullptr},
-              staged, ways);
+              staged, motion);
         return staged;
     }
 
@@ -204,44 +205,44 @@ private:
     /// Uploads the rows in the dirty list and stores them in place; a step reads them from the memory of the CPU. It
     /// gathers the first ones from the table itself. That is slower than reading packed rows, but runs while threads
     /// wake up and pack the others.
-    Staged sendScattered(Exec& exec, const ProxyView& view, const RowWays& ways)
+    Staged sendScattered(Exec& exec, const ProxyView& view, const MotionRecorder& motion)
     {
-        m_areRowsTold = view.anyChanges == kRowMoved && view.lockableDirty >= m_dirtyCount &&
-                        exec.canReach(view.dirty, view.lockableDirty);
+        m_readsDirtyList = view.anyChanges == kRowMoved && view.lockableDirty >= m_dirtyCount &&
+                           exec.canAccessDirectly(view.dirty, view.lockableDirty);
         const std::uint64_t some = m_dirtyCount <= kMostPicked ? m_dirtyCount : kPickedFirst;
         const std::uint64_t picked = isTableLocked(exec, view) ? some : 0;
         m_staging.reserve(exec, m_dirtyCount, picked != m_dirtyCount);
         if (picked == m_dirtyCount)
-            return sendPicked(exec, view, picked, ways);
+            return sendPicked(exec, view, picked, motion);
         OrderedParts parts({picked, m_dirtyCount}, kPackGrain, kTasksPerPart);
         Staged all;
         const auto sendAll = [&]
         {
-            all = sendPicked(exec, view, picked, ways);
-            all.add(sendPacked(exec, view, parts, ways));
+            all = sendPicked(exec, view, picked, motion);
+            all.add(sendPacked(exec, view, parts, motion));
         };
         if (parts.tasks() == 1)
             sendAll();
         else
-            m_workers.together(
+            m_workers.runRegion(
                 [&]
                 {
-                    m_workers.expect(parts.tasks());
+                    m_workers.prewake(parts.tasks());
                     sendAll();
                 });
         return all;
     }
 
     /// Uploads the first rows of the dirty list; the executor gathers their boxes from the table.
-    Staged sendPicked(Exec& exec, const ProxyView& view, std::uint64_t count, const RowWays& ways)
+    Staged sendPicked(Exec& exec, const ProxyView& view, std::uint64_t count, const MotionRecorder& motion)
     {
-        if (m_areRowsTold)
+        if (m_readsDirtyList)
         {
             if (count == 0)
                 return Staged::ofMoved();
             apply(exec, 0, count,
                   {exec.mapped(view.boxes, count), true, nullptr, exec.mapped(view.dirty, count)},
-                  Staged::ofMoved(), ways);
+                  Staged::ofMoved(), motion);
             return Staged::ofMoved();
         }
         Staged all;
@@ -252,14 +253,14 @@ private:
             apply(exec, begin, end,
                   {exec.mapped(view.boxes, end - begin), true, exec.mapped(m_staging.changes(), 0),
                    exec.mapped(m_staging.rows(), end - begin)},
-                  staged, ways);
+                  staged, motion);
             all.add(staged);
         }
         return all;
     }
 
     /// Packs rows on several threads and uploads each part as soon as it is packed.
-    Staged sendPacked(Exec& exec, const ProxyView& view, OrderedParts& parts, const RowWays& ways)
+    Staged sendPacked(Exec& exec, const ProxyView& view, OrderedParts& parts, const MotionRecorder& motion)
     {
         m_summaries.assign(parts.tasks(), {});
         Staged all;
@@ -269,8 +270,8 @@ private:
             const Staged staged = sumOfTasks(firstTask, endTask);
             apply(exec, items.begin, items.end,
                   {exec.mapped(m_staging.boxes(), count), false, exec.mapped(m_staging.changes(), 0),
-                   exec.mapped(m_areRowsTold ? view.dirty : m_staging.rows(), count)},
-                  staged, ways);
+                   exec.mapped(m_readsDirtyList ? view.dirty : m_staging.rows(), count)},
+                  staged, motion);
             all.add(staged);
         };
         m_workers.run(parts.tasks(),
@@ -280,15 +281,15 @@ private:
                           m_summaries[task] = stageScattered(view, items);
                           parts.finish(task);
                           if (thread == 0)
-                              parts.takeReady(send);
+                              parts.deliverReady(send);
                       });
-        parts.takeReady(send);
+        parts.deliverReady(send);
         return all;
     }
 
     Staged stageScattered(const ProxyView& view, OrderedParts::Range items)
     {
-        if (!m_areRowsTold)
+        if (!m_readsDirtyList)
             return m_staging.stageRowsAndBoxes(view, items.begin, items.end);
         m_staging.stageBoxes(view, items.begin, items.end);
         return Staged::ofMoved();
@@ -304,13 +305,13 @@ private:
 
     /// Stores some changed rows.
     void apply(Exec& exec, std::uint64_t begin, std::uint64_t end, const Source& source, const Staged& staged,
-               const RowWays& ways)
+               const MotionRecorder& motion)
     {
         exec.forEachFrom(
             begin, end,
             ApplyRow{source.rows, source.boxes, source.isTable, staged.isUniform() ? nullptr : source.changes,
                      static_cast<std::uint8_t>(staged.anyChanges), m_now.data(), m_old.data(),
-                     m_changes.data(), m_dirty.data(), sent(), ways});
+                     m_changes.data(), m_dirty.data(), sent(), motion});
     }
 
     /// Packs some rows where all have changed, on several threads: on one core, packing a million rows would take
@@ -335,7 +336,7 @@ private:
         // Filter words that changed while no filter was set were not uploaded.
         if (!m_hasFilters)
         {
-            exec.uploadNow(m_filters.data(), view.filters, view.size);
+            exec.uploadAndWait(m_filters.data(), view.filters, view.size);
             return;
         }
         if (!areNew)
@@ -386,10 +387,10 @@ private:
     Buffer<std::uint32_t> m_uniqueIds;
 
     bool m_haveAllChanged = false;
-    bool m_areRowsTold = false;  ///< steps read the dirty list itself: rows have only moved
-    bool m_dirtyIsAll = false;   ///< all rows were uploaded in the last update
-    bool m_areOld = false;       ///< rows of the last update are in m_old already
-    std::uint64_t m_dirtyCount = 0;  ///< rows uploaded in the last update
+    bool m_readsDirtyList = false;    ///< steps read the dirty list itself: rows have only moved
+    bool m_dirtyIsAll = false;        ///< all rows were uploaded in the last update
+    bool m_isPreviousCopied = false;  ///< rows of the last update are in m_old already
+    std::uint64_t m_dirtyCount = 0;   ///< rows uploaded in the last update
     UploadStaging<Exec> m_staging;
     std::vector<Staged> m_summaries;  ///< indexed by task
     Buffer<std::uint32_t> m_dirty;

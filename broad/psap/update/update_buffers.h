@@ -12,33 +12,33 @@ namespace cullet::psap
 {
 /// The counters of an update, double-buffered: each update clears those of the next one.
 template <class Exec>
-class Tallies
+class UpdateCounterBuffers
 {
 public:
     /// Begins an update. An update that ends without markNextEmpty() makes the next begin() clear both sets.
     void begin(Exec& exec)
     {
-        exec.reserve(m_tallies, 2);
+        exec.reserve(m_updateCounters, 2);
         if (!m_isNextEmpty)
-            exec.clear(m_tallies.data(), 2);
+            exec.clear(m_updateCounters.data(), 2);
         m_isNextEmpty = false;
-        m_side = 1 - m_side;
+        m_current = 1 - m_current;
     }
     /// Records that the update has cleared next().
-    void noteEmptied() { m_isNextEmpty = true; }
+    void markNextEmpty() { m_isNextEmpty = true; }
 
-    Tally* current() const { return m_tallies.data() + m_side; }
-    Tally* next() const { return m_tallies.data() + 1 - m_side; }
+    UpdateCounters* current() const { return m_updateCounters.data() + m_current; }
+    UpdateCounters* next() const { return m_updateCounters.data() + 1 - m_current; }
 
 private:
-    typename Exec::template Buffer<Tally> m_tallies;
-    unsigned m_side = 0;
+    typename Exec::template Buffer<UpdateCounters> m_updateCounters;
+    unsigned m_current = 0;
     bool m_isNextEmpty = false;
 };
 
 /// The look-up table of undecided held pairs. It is empty between two uses.
 template <class Exec>
-class OpenPairs
+class UndecidedPairs
 {
 public:
     /// Makes room for so many pairs.
@@ -60,7 +60,7 @@ public:
         m_isFree = false;
     }
     /// Records whether all slots are empty: a step has cleared them, or none has inserted a pair.
-    void noteFree(bool isFree) { m_isFree = isFree; }
+    void setFree(bool isFree) { m_isFree = isFree; }
 
     /// @param count counter of the inserted pairs
     LookupTable table(std::uint64_t* count) const { return {m_slots.data(), m_slotCount - 1, count}; }

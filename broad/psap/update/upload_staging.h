@@ -79,7 +79,7 @@ public:
         Aabb* boxes = m_boxes.data();
         const ProxyView from = view;
         for (std::uint64_t i = begin; i < end; ++i)
-            boxes[i] = boxAhead(from, i, end);
+            boxes[i] = prefetchedBox(from, i, end);
     }
 
     /// Packs some of the rows that the dirty list names, without their boxes.
@@ -110,7 +110,7 @@ private:
             const std::uint32_t row = from.dirty[i];
             rows[i] = row;
             if constexpr (kPacksBoxes)
-                boxes[i] = boxAhead(from, i, end);
+                boxes[i] = prefetchedBox(from, i, end);
             changes[i] = from.changes[row];
             any |= from.changes[row];
             all &= from.changes[row];
@@ -119,7 +119,7 @@ private:
     }
 
     /// The box of dirty row i. Prefetches the box sixteen rows ahead, which needs one or two cache lines.
-    static const Aabb& boxAhead(const ProxyView& view, std::uint64_t i, std::uint64_t end)
+    static const Aabb& prefetchedBox(const ProxyView& view, std::uint64_t i, std::uint64_t end)
     {
         prefetchBox(view.boxes + view.dirty[std::min(i + 16, end - 1)]);
         return view.boxes[view.dirty[i]];

@@ -17,11 +17,11 @@ struct RowBits
 
     CULLET_HOST_DEVICE void set(std::uint64_t row) const { setBits(words + row / 32, 1u << row % 32); }
     /// Clears the whole word.
-    CULLET_HOST_DEVICE void clearAround(std::uint64_t row) const { setAlike(words + row / 32, 0u); }
+    CULLET_HOST_DEVICE void clearAround(std::uint64_t row) const { storeSameValue(words + row / 32, 0u); }
 };
 
 /// Copies the boxes of rows that changed in the last update to the previous boxes.
-struct AgeRow
+struct CopyRowToPrevious
 {
     const std::uint32_t* rows;  ///< null: 0, 1, 2, ...
     const Aabb* now;
@@ -41,25 +41,28 @@ struct AgeRow
 };
 
 /// Records how far rows have moved.
-struct RowWays
+struct MotionRecorder
 {
     std::uint32_t* motion;  ///< as BoxHistory::motion; 0 before the step
     /// Boxes and skins of the neighbour list that is followed; null: none is.
-    const AlignedBox* then;
+    const AlignedBox* reference;
     /// Recorded in place of the motion where `reference` is given: bits of the largest displacementOf() of a row,
     /// infinite where a row has a new proxy; 0 when the list was made.
-    std::uint32_t* stretch;
+    std::uint32_t* displacement;
 
-    CULLET_HOST_DEVICE void tell(std::uint64_t row, const Aabb& box, unsigned changes, const Aabb* old) const
+    CULLET_HOST_DEVICE void record(std::uint64_t row, const Aabb& box, unsigned changes,
+                                   const Aabb* old) const
     {
-        if (then == nullptr)
-            raise(motion, isOfSamePairs(changes) ? wayOf(box, loadBox(old, row)) : kInfinity);
+        if (reference == nullptr)
+            atomicMaxFloat(motion, keepsPairs(changes) ? distanceMoved(box, loadBox(old, row)) : kInfinity);
         else
-            raise(stretch, (changes & kRowCreated) == 0 ? stretchOf(loadSkinned(then, row), box) : kInfinity);
+            atomicMaxFloat(displacement, (changes & kRowCreated) == 0
+                                             ? displacementOf(loadSkinned(reference, row), box)
+                                             : kInfinity);
     }
 
 private:
-    CULLET_HOST_DEVICE static bool isOfSamePairs(unsigned changes)
+    CULLET_HOST_DEVICE static bool keepsPairs(unsigned changes)
     {
         return (changes & (kRowCreated | kRowRefiltered)) == 0;
     }
@@ -78,7 +81,7 @@ struct ApplyRow
     std::uint8_t* changes;
     std::uint32_t* appliedRows;  ///< [changed rows, out] unless `rows` is null
     RowBits sent;                ///< [out] bits of those rows
-    RowWays ways;
+    MotionRecorder motion;
 
     CULLET_HOST_DEVICE void operator()(std::uint64_t i) const
     {
@@ -89,12 +92,12 @@ struct ApplyRow
             sent.set(row);
         }
         const Aabb box = loadBox(newBoxes, areBoxesByRow ? row : i);
-        storeBox(now, row, isValid(box) ? box : nowhere());
+        storeBox(now, row, isValid(box) ? box : emptyBox());
         const unsigned bits = newChanges != nullptr ? newChanges[i] : sameChanges;
         changes[row] = static_cast<std::uint8_t>(bits);
         if ((bits & kRowCreated) != 0)
-            storeBox(old, row, nowhere());
-        ways.tell(row, box, bits, old);
+            storeBox(old, row, emptyBox());
+        motion.record(row, box, bits, old);
     }
 };
 
@@ -112,7 +115,7 @@ struct ApplyFilter
 };
 
 /// Clears both boxes of a row.
-struct ForgetRow
+struct ClearRow
 {
     Aabb* now;
     Aabb* old;
@@ -121,8 +124,8 @@ struct ForgetRow
 
     CULLET_HOST_DEVICE void operator()(std::uint64_t row) const
     {
-        now[row] = nowhere();
-        old[row] = nowhere();
+        now[row] = emptyBox();
+        old[row] = emptyBox();
         changes[row] = kRowUnchanged;
         // The first word may contain earlier rows, whose bits are not set.
         if (row % 32 == 0)

@@ -15,33 +15,33 @@
 namespace cullet::psap
 {
 /// Counters of a neighbour list, in an executor's memory. They persist from one set of boxes to the next.
-struct NearCounts
+struct NeighbourCounts
 {
-    std::uint64_t pairs;                 ///< may exceed the number that was written
-    alignas(128) std::uint32_t stretch;  ///< as MeasureDisplacement::displacement, in its own cache line
+    std::uint64_t pairs;                      ///< may exceed the number that was written
+    alignas(128) std::uint32_t displacement;  ///< as MeasureDisplacement::displacement, in its own cache line
 };
 
 /// A neighbour list in an executor's memory, and the policy that decides when it is made.
 template <class Exec>
-class NearPairs
+class NeighbourStore
 {
 public:
-    explicit NearPairs(const PsapOptions& options)
+    explicit NeighbourStore(const PsapOptions& options)
         : m_policy(options.nearPairs), m_initial(std::max<std::uint64_t>(options.initialCapacity, 1))
     {
     }
 
     /// Mode for the next set of boxes. The executor must have completed the last one.
-    NearFrame choose(std::uint64_t boxes)
+    NeighbourMode choose(std::uint64_t boxes)
     {
-        noteSet(boxes);
+        beginSet(boxes);
         return m_policy.choose(boxes);
     }
     /// Chooses whether the list is followed for the next set of boxes, where lists are made between two sets.
-    bool follows(std::uint64_t boxes, float thinnest)
+    bool chooseFollow(std::uint64_t boxes, float thinnest)
     {
-        noteSet(boxes);
-        return m_policy.follows(boxes, thinnest);
+        beginSet(boxes);
+        return m_policy.chooseFollow(boxes, thinnest);
     }
     SkinPolicy& policy() { return m_policy; }
     const SkinPolicy& policy() const { return m_policy; }
@@ -55,7 +55,7 @@ public:
         return unlessShort(exec,
                            [&]
                            {
-                               exec.reserve(m_then, std::max<std::uint64_t>(boxes, 1));
+                               exec.reserve(m_reference, std::max<std::uint64_t>(boxes, 1));
                                exec.reserve(m_grown, std::max<std::uint64_t>(boxes, 1));
                                const std::uint64_t expected =
                                    std::max(m_lastCount + m_lastCount / 64, m_initial);
@@ -68,7 +68,7 @@ public:
     /// Gives all boxes their skins, and stores copies. The search for the list uses grown().
     void grow(Exec& exec, const Aabb* boxes, const BoxCopies& copies)
     {
-        const SharedBoxes shared = {m_boxCount};
+        const StridedBoxes shared = {m_boxCount};
         exec.forEach(shared.indices(), GrowSkins{shared, boxes, copies, m_policy.rule(), skinned()});
     }
     /// Gives the boxes of rows their skins.
@@ -77,11 +77,11 @@ public:
         exec.forEach(m_boxCount, GrowRow{rows, m_policy.rule(), skinned()});
     }
     const Aabb* grown() const { return m_grown.data(); }
-    const AlignedBox* then() const { return m_then.data(); }
+    const AlignedBox* reference() const { return m_reference.data(); }
 
     /// Makes the search write the neighbouring pairs to the list.
     template <class Search>
-    void find(Exec& exec, Search& search, NearCounts* counts)
+    void find(Exec& exec, Search& search, NeighbourCounts* counts)
     {
         search.emit(exec, EveryPair{}, list(counts).found());
     }
@@ -90,9 +90,9 @@ public:
     /// @param found number of pairs of the first attempt, or kOverflowed
     /// @return as reserve()
     template <class Search>
-    bool findAgain(Exec& exec, Search& search, NearCounts* counts, std::uint64_t found)
+    bool findAgain(Exec& exec, Search& search, NeighbourCounts* counts, std::uint64_t found)
     {
-        if (found == kSpilled)
+        if (found == kOverflowed)
             search.buildByCounting(exec, grown());
         else if (!growTo(exec, found + found / 64))
             return false;
@@ -103,19 +103,19 @@ public:
     std::uint64_t room() const { return m_span; }
     /// Changes when the launches change.
     std::uint32_t launches() const { return m_launches + m_policy.revision(); }
-    void noteBegun(std::uint64_t found, std::uint64_t pairs)
+    void recordBegun(std::uint64_t found, std::uint64_t pairs)
     {
         m_lastCount = found;
-        m_policy.noteBegun(found, m_boxCount, pairs);
+        m_policy.recordBegun(found, m_boxCount, pairs);
     }
     /// Discards the list. The next one gets room for so many pairs, where the number is known.
-    void noteShort(std::uint64_t found)
+    void recordOverflow(std::uint64_t found)
     {
         m_lastCount = found < kVoidCount ? found : m_lastCount;
         m_policy.forget();
     }
 
-    NearList list(NearCounts* counts) const
+    NeighbourView list(NeighbourCounts* counts) const
     {
         return {m_pairs.data(), m_closeness.data(), m_span, &counts->pairs};
     }
@@ -124,9 +124,9 @@ public:
 
     /// Records the skins of a search. Returns whether they are thicker than those of the last search, so that its
     /// plan does not fit.
-    bool growsSizes(NearFrame frame)
+    bool recordSearchedSkin(NeighbourMode mode)
     {
-        const float skin = frame == NearFrame::Begin ? m_policy.rule().common : 0.0f;
+        const float skin = mode == NeighbourMode::Begin ? m_policy.rule().common : 0.0f;
         return std::exchange(m_skinSearched, skin) < skin;
     }
 
@@ -145,7 +145,7 @@ public:
         exec.forEach(m_sampleCount, SampleBoxes<Copies>{copies, stride, count, m_sample.data()});
         exec.download(m_sampled.data(), m_sample.data(), m_sampleCount);
         m_isSampled = true;
-        m_policy.noteSampling();
+        m_policy.recordSampling();
     }
 
 private:
@@ -154,16 +154,16 @@ private:
 
     static constexpr std::uint64_t kSample = 1024;
 
-    void noteSet(std::uint64_t boxes)
+    void beginSet(std::uint64_t boxes)
     {
         if (m_isSampled)
-            m_policy.noteSample(m_sampled.data(), m_sampleCount);
+            m_policy.recordSample(m_sampled.data(), m_sampleCount);
         m_isSampled = false;
         if (boxes != m_boxCount)
             m_policy.forget();
     }
 
-    SkinnedBoxes skinned() const { return {m_then.data(), m_grown.data()}; }
+    SkinnedBoxes skinned() const { return {m_reference.data(), m_grown.data()}; }
 
     bool growTo(Exec& exec, std::uint64_t pairs)
     {
@@ -199,7 +199,7 @@ private:
     void giveUp(Exec& exec)
     {
         m_policy = SkinPolicy(PsapNearPairs::Never);
-        exec.release(m_then);
+        exec.release(m_reference);
         exec.release(m_grown);
         exec.release(m_pairs);
         exec.release(m_closeness);
@@ -228,9 +228,9 @@ private:
     std::uint64_t m_lastCount = 0;  ///< pairs in the last list
     std::uint32_t m_launches = 0;
     float m_skinSearched = 0;
-    std::uint64_t m_span = 0;   ///< room for pairs, a parameter of the launches
-    Buffer<AlignedBox> m_then;  ///< boxes when the list was made, and their skins
-    Buffer<Aabb> m_grown;       ///< those boxes enlarged by their skins
+    std::uint64_t m_span = 0;        ///< room for pairs, a parameter of the launches
+    Buffer<AlignedBox> m_reference;  ///< boxes when the list was made, and their skins
+    Buffer<Aabb> m_grown;            ///< those boxes enlarged by their skins
     Buffer<RowPair> m_pairs;
     Buffer<float> m_closeness;
     Buffer<std::uint8_t> m_isHeld[2];

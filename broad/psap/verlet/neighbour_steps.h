@@ -22,14 +22,14 @@ struct SkinRule
     float common;
 
     /// @param distance that the box has moved since the last set
-    CULLET_HOST_DEVICE float skinFor(float way) const
+    CULLET_HOST_DEVICE float skinFor(float distance) const
     {
         constexpr float kMost = 4;
         // Boxes that were teleported or created say nothing about their future motion.
-        if (!(way <= common * (kMost / 2)))
+        if (!(distance <= common * (kMost / 2)))
             return common;
         float skin = common;
-        while (skin < 2 * way)
+        while (skin < 2 * distance)
             skin *= 2;
         return skin;
     }
@@ -73,15 +73,15 @@ CULLET_HOST_DEVICE inline Aabb grownBy(const Aabb& box, float skin)
 }
 
 /// Largest displacement of a face of a box, in skins. Infinite where the box has become empty, or was.
-CULLET_HOST_DEVICE inline float stretchOf(const SkinnedBox& then, const Aabb& now)
+CULLET_HOST_DEVICE inline float displacementOf(const SkinnedBox& reference, const Aabb& now)
 {
-    const bool wasValid = isValid(then.box);
+    const bool wasValid = isValid(reference.box);
     if (wasValid != isValid(now))
         return kInfinity;
-    return wasValid ? wayOf(now, then.box) / then.skin : 0.0f;
+    return wasValid ? distanceMoved(now, reference.box) / reference.skin : 0.0f;
 }
 /// Largest displacement for which a list is complete.
-inline constexpr float kMostStretch = 0.9999f;
+inline constexpr float kMostDisplacement = 0.9999f;
 
 /// Depth of two boxes on the axis where it is least, negative where they are separated, divided by the sum of their
 /// skins. NaN where infinities make it undefined.
@@ -103,16 +103,16 @@ CULLET_HOST_DEVICE inline float closenessOf(const SkinnedBox& a, const SkinnedBo
 
 /// Closeness above which two boxes still overlap after that displacement, and below whose negative they are still
 /// separated.
-CULLET_HOST_DEVICE inline float sureFrom(float stretch)
+CULLET_HOST_DEVICE inline float decisiveCloseness(float displacement)
 {
-    return deeperThan(stretch) + 1e-37f;
+    return maxDepthGain(displacement) + 1e-37f;
 }
 
 /// Lists of a pair, as bits of RoutedPair::to.
 inline constexpr std::uint32_t kToRemoved = 1, kToAdded = 2, kToKept = 4;
 
 /// A pair of the neighbour list; by default no pair, whose boxes count as separated.
-struct NearItem
+struct NeighbourItem
 {
     RowPair pair = {};
     float closeness = -kInfinity;
@@ -121,13 +121,13 @@ struct NearItem
 };
 
 /// Result of a test of a NeighbourItem.
-struct NearVerdict
+struct NeighbourVerdict
 {
-    SentPair sent = {};
+    RoutedPair routed = {};
     float closeness = 0;
     bool isHeld = false;
 
-    CULLET_HOST_DEVICE static NearVerdict ofFollowed(const NearItem& item, bool isHeld)
+    CULLET_HOST_DEVICE static NeighbourVerdict ofFollowed(const NeighbourItem& item, bool isHeld)
     {
         const std::uint32_t to =
             !isHeld ? (item.wasHeld ? kToRemoved : 0u) : (item.wasHeld ? kToKept : kToAdded);
@@ -136,22 +136,22 @@ struct NearVerdict
 };
 
 /// Classifies a pair by its closeness.
-struct Sureness
+struct ClosenessTest
 {
-    bool areTogether, areApart;
+    bool areOverlapping, areSeparated;
 
-    CULLET_HOST_DEVICE Sureness(float closeness, float sure)
-        : areTogether(closeness > sure), areApart(closeness < -sure)
+    CULLET_HOST_DEVICE ClosenessTest(float closeness, float decisive)
+        : areOverlapping(closeness > decisive), areSeparated(closeness < -decisive)
     {
     }
-    CULLET_HOST_DEVICE bool isOpen() const { return !areTogether && !areApart; }
+    CULLET_HOST_DEVICE bool isUndecided() const { return !areOverlapping && !areSeparated; }
     /// The rows whose boxes are loaded: row 0, which other lanes load too, where closeness decides. So a GPU loads
     /// the boxes of several pairs at once, without a branch for each.
-    CULLET_HOST_DEVICE RowPair askFor(RowPair pair) const { return isOpen() ? pair : RowPair{0, 0}; }
+    CULLET_HOST_DEVICE RowPair rowsToLoad(RowPair pair) const { return isUndecided() ? pair : RowPair{0, 0}; }
 };
 
 /// A view of a neighbour list, in an executor's memory.
-struct NearList
+struct NeighbourView
 {
     RowPair* pairs;
     float* closeness;
@@ -162,16 +162,16 @@ struct NearList
     CULLET_HOST_DEVICE bool has(std::uint64_t i) const { return i < *count && *count <= room; }
     PairList found() const { return {pairs, room, count}; }
 
-    CULLET_HOST_DEVICE NearItem readPair(std::uint64_t i) const
+    CULLET_HOST_DEVICE NeighbourItem readPair(std::uint64_t i) const
     {
-        return has(i) ? NearItem{pairs[i], 0, false, true} : NearItem{};
+        return has(i) ? NeighbourItem{pairs[i], 0, false, true} : NeighbourItem{};
     }
-    CULLET_HOST_DEVICE NearItem read(std::uint64_t i, const std::uint8_t* wasHeld) const
+    CULLET_HOST_DEVICE NeighbourItem read(std::uint64_t i, const std::uint8_t* wasHeld) const
     {
-        return has(i) ? NearItem{pairs[i], closeness[i], wasHeld[i] != 0, true} : NearItem{};
+        return has(i) ? NeighbourItem{pairs[i], closeness[i], wasHeld[i] != 0, true} : NeighbourItem{};
     }
     /// Stores the result for a pair of a new list. @param isHeld [room, out]
-    CULLET_HOST_DEVICE void keep(std::uint64_t i, const NearItem& item, const NearVerdict& verdict,
+    CULLET_HOST_DEVICE void keep(std::uint64_t i, const NeighbourItem& item, const NeighbourVerdict& verdict,
                                  std::uint8_t* isHeld) const
     {
         if (!item.isPair)
@@ -185,15 +185,15 @@ struct NearList
 inline constexpr std::uint64_t kVoidCount = 1ull << 62;
 
 /// Boxes distributed over indices, several per index, so that fewer atomics go to one address.
-struct SharedBoxes
+struct StridedBoxes
 {
-    static constexpr std::uint64_t kEach = 8, kMany = 1u << 17;
+    static constexpr std::uint64_t kBoxesPerIndex = 8, kManyBoxes = 1u << 17;
 
     std::uint64_t count;
 
     CULLET_HOST_DEVICE std::uint64_t indices() const
     {
-        return count < kMany ? count : (count + kEach - 1) / kEach;
+        return count < kManyBoxes ? count : (count + kBoxesPerIndex - 1) / kBoxesPerIndex;
     }
     /// Calls body(i) for the boxes of an index.
     template <class Body>
@@ -207,21 +207,21 @@ struct SharedBoxes
 /// Boxes and their skins, in an executor's memory.
 struct SkinnedBoxes
 {
-    AlignedBox* then;  ///< the boxes and the thickness of their skins
-    Aabb* grown;       ///< the boxes enlarged by their skins
+    AlignedBox* reference;  ///< the boxes and the thickness of their skins
+    Aabb* grown;            ///< the boxes enlarged by their skins
 
     CULLET_HOST_DEVICE void store(std::uint64_t i, const Aabb& box, float skin) const
     {
         const bool isThere = isValid(box);
-        storeAligned(then, i, isThere ? box : nowhere(), skin);
-        storeBox(grown, i, isThere ? grownBy(box, skin) : nowhere());
+        storeAligned(reference, i, isThere ? box : emptyBox(), skin);
+        storeBox(grown, i, isThere ? grownBy(box, skin) : emptyBox());
     }
 };
 
 /// Gives boxes their skins, and stores copies of the boxes.
 struct GrowSkins
 {
-    SharedBoxes shared;
+    StridedBoxes shared;
     const Aabb* boxes;
     BoxCopies copies;
     SkinRule rule;
@@ -235,11 +235,11 @@ struct GrowSkins
                        {
                            const Aabb box = loadBox(boxes, i);
                            storeCopy(copies.now, i, box);
-                           const float way = copies.wayFromOld(i, box);
-                           most = way > most ? way : most;
-                           skinned.store(i, box, rule.skinFor(way));
+                           const float distance = copies.distanceFromOld(i, box);
+                           most = distance > most ? distance : most;
+                           skinned.store(i, box, rule.skinFor(distance));
                        });
-        raise(copies.motion, most);
+        atomicMaxFloat(copies.motion, most);
     }
 };
 
@@ -253,19 +253,19 @@ struct GrowRow
     CULLET_HOST_DEVICE void operator()(std::uint64_t row) const
     {
         const Aabb box = loadBox(rows.now, row);
-        skinned.store(row, box, rule.skinFor(rows.wayFromOld(row, box)));
+        skinned.store(row, box, rule.skinFor(rows.distanceFromOld(row, box)));
     }
 };
 
 /// Stores copies of boxes, and measures how far they have moved since the list was made.
-struct StretchSkins
+struct MeasureDisplacement
 {
-    SharedBoxes shared;
+    StridedBoxes shared;
     const Aabb* boxes;
     AlignedBox* now;
-    const AlignedBox* then;
-    std::uint32_t* stretch;  ///< bits of the largest displacementOf(); 0 when the list was made
-    std::uint64_t* added;    ///< pairs that enter: void where a box has left its skin
+    const AlignedBox* reference;
+    std::uint32_t* displacement;  ///< bits of the largest displacementOf(); 0 when the list was made
+    std::uint64_t* added;         ///< pairs that enter: void where a box has left its skin
 
     CULLET_HOST_DEVICE void operator()(std::uint64_t index) const
     {
@@ -275,17 +275,17 @@ struct StretchSkins
                        {
                            const Aabb box = loadBox(boxes, i);
                            storeCopy(now, i, box);
-                           const float much = stretchOf(loadSkinned(then, i), box);
+                           const float much = displacementOf(loadSkinned(reference, i), box);
                            most = much > most ? much : most;
                        });
-        raise(stretch, most);
-        if (!(most <= kMostStretch))
-            setAlike(added, kVoidCount);
+        atomicMaxFloat(displacement, most);
+        if (!(most <= kMostDisplacement))
+            storeSameValue(added, kVoidCount);
     }
 };
 
 /// What the boxes of a pair in a new list decide.
-struct FirstLook
+struct FirstVerdict
 {
     bool isEntering, isHeld;
 };
@@ -293,78 +293,82 @@ struct FirstLook
 /// @param boxes  boxes with skins
 /// @param decide called with the pair and its boxes; returns a FirstVerdict
 template <class Decide>
-CULLET_HOST_DEVICE NearVerdict judgeFirst(const NearItem& item, const AlignedBox* boxes, const Decide& decide)
+CULLET_HOST_DEVICE NeighbourVerdict classifyFirst(const NeighbourItem& item, const AlignedBox* boxes,
+                                                  const Decide& decide)
 {
     if (!item.isPair)
         return {};
     const SkinnedBox a = loadSkinned(boxes, item.pair.a);
     const SkinnedBox b = loadSkinned(boxes, item.pair.b);
-    const FirstLook look = decide(item.pair, a.box, b.box);
-    return {{item.pair, look.isEntering ? kToAdded : 0u}, closenessOf(a, b), look.isHeld};
+    const FirstVerdict verdict = decide(item.pair, a.box, b.box);
+    return {{item.pair, verdict.isEntering ? kToAdded : 0u}, closenessOf(a, b), verdict.isHeld};
 }
 
 /// Tests pair i of a new list for the first time; appends the pairs that enter.
-struct BeginNear
+struct BeginNeighbours
 {
-    NearList near;
-    std::uint8_t* isHeld;     ///< [near.room, out]
+    NeighbourView neighbours;
+    std::uint8_t* isHeld;     ///< [neighbours.room, out]
     const AlignedBox* boxes;  ///< with skins
-    WasApart wasApart;
+    WasSeparated wasSeparated;
     std::uint64_t* added;  ///< pairs that enter: void where the list was too short
 
-    CULLET_HOST_DEVICE NearItem read(std::uint64_t i) const { return near.readPair(i); }
+    CULLET_HOST_DEVICE NeighbourItem read(std::uint64_t i) const { return neighbours.readPair(i); }
 
-    CULLET_HOST_DEVICE NearVerdict operator()(const NearItem& item) const
+    CULLET_HOST_DEVICE NeighbourVerdict operator()(const NeighbourItem& item) const
     {
-        return judgeFirst(item, boxes,
-                          [&](RowPair pair, const Aabb& a, const Aabb& b)
-                          {
-                              const bool areTogether = overlaps(a, b);
-                              return FirstLook{
-                                  areTogether && wasApart.ready()(pair, [&] { return overlapOf(a, b); }),
-                                  areTogether};
-                          });
+        return classifyFirst(
+            item, boxes,
+            [&](RowPair pair, const Aabb& a, const Aabb& b)
+            {
+                const bool areOverlapping = overlaps(a, b);
+                return FirstVerdict{
+                    areOverlapping && wasSeparated.preloaded()(pair, [&] { return overlapOf(a, b); }),
+                    areOverlapping};
+            });
     }
 
-    CULLET_HOST_DEVICE void keep(std::uint64_t i, const NearItem& item, const NearVerdict& verdict) const
+    CULLET_HOST_DEVICE void keep(std::uint64_t i, const NeighbourItem& item,
+                                 const NeighbourVerdict& verdict) const
     {
-        if (i == 0 && *near.count > near.room)
-            setAlike(added, kVoidCount);
-        near.keep(i, item, verdict, isHeld);
+        if (i == 0 && *neighbours.count > neighbours.room)
+            storeSameValue(added, kVoidCount);
+        neighbours.keep(i, item, verdict, isHeld);
     }
 };
 
 /// Tests whether pair i is still held, enters or leaves.
-struct FollowNear
+struct FollowNeighbours
 {
-    NearList near;
+    NeighbourView neighbours;
     const std::uint8_t* wasHeld;
     std::uint8_t* isHeld;  ///< [out]
     const AlignedBox* boxes;
-    const std::uint32_t* stretch;  ///< as MeasureDisplacement::displacement
+    const std::uint32_t* displacement;  ///< as MeasureDisplacement::displacement
 
-    CULLET_HOST_DEVICE NearItem read(std::uint64_t i) const { return near.read(i, wasHeld); }
+    CULLET_HOST_DEVICE NeighbourItem read(std::uint64_t i) const { return neighbours.read(i, wasHeld); }
 
-    CULLET_HOST_DEVICE NearVerdict operator()(const NearItem& item) const
+    CULLET_HOST_DEVICE NeighbourVerdict operator()(const NeighbourItem& item) const
     {
-        return NearVerdict::ofFollowed(item, areTogether(item.pair, item.closeness));
+        return NeighbourVerdict::ofFollowed(item, areOverlapping(item.pair, item.closeness));
     }
 
-    CULLET_HOST_DEVICE void keep(std::uint64_t i, const NearItem& item, const NearVerdict& verdict) const
+    CULLET_HOST_DEVICE void keep(std::uint64_t i, const NeighbourItem& item,
+                                 const NeighbourVerdict& verdict) const
     {
         if (item.isPair)
             isHeld[i] = verdict.isHeld ? 1 : 0;
     }
 
 private:
-    CULLET_HOST_DEVICE bool areTogether(RowPair pair, float closeness) const
+    CULLET_HOST_DEVICE bool areOverlapping(RowPair pair, float closeness) const
     {
-        const Sureness sureness(closeness, sureFrom(floatOf(*stretch)));
-        const RowPair asked = sureness.askFor(pair);
+        const ClosenessTest closenessTest(closeness, decisiveCloseness(floatOf(*displacement)));
+        const RowPair asked = closenessTest.rowsToLoad(pair);
         const std::uint64_t a = 2 * std::uint64_t{asked.a}, b = 2 * std::uint64_t{asked.b};
         const bool meet = (int{meets(loadHalf(boxes, a), loadHalf(boxes, b))} &
                            int{meets(loadHalf(boxes, a + 1), loadHalf(boxes, b + 1))}) != 0;
-        return sureness.isOpen() ? meet : sureness.areTogether;
+        return closenessTest.isUndecided() ? meet : closenessTest.areOverlapping;
     }
 };
 
@@ -372,7 +376,7 @@ private:
 struct BoxInSample
 {
     float side;  ///< longest side; negative: no bounded box
-    float way;
+    float distance;
 };
 
 /// Samples box i of a sample spread over all boxes. Not at equal distances, since every tenth box may move.
@@ -392,7 +396,7 @@ struct SampleBoxes
         const std::uint64_t k = shifted < count ? shifted : count - 1;
         const Aabb box = loadBox(copies.now, k);
         const float side = isValid(box) ? boundedExtent(box) : -1.0f;
-        sample[i] = {side < kInfinity ? side : -1.0f, copies.wayFromOld(k, box)};
+        sample[i] = {side < kInfinity ? side : -1.0f, copies.distanceFromOld(k, box)};
     }
 };
 }  // namespace cullet::psap

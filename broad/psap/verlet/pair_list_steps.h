@@ -12,11 +12,11 @@
 namespace cullet::psap
 {
 /// What the device reports of a neighbour list.
-struct NearReport
+struct NeighbourReport
 {
-    std::uint64_t pairs;    ///< in the list; may exceed the number that was written
-    std::uint64_t lookups;  ///< hysteresis pairs, which need the table
-    std::uint32_t stretch;  ///< as MotionRecorder::displacement
+    std::uint64_t pairs;         ///< in the list; may exceed the number that was written
+    std::uint64_t lookups;       ///< hysteresis pairs, which need the table
+    std::uint32_t displacement;  ///< as MotionRecorder::displacement
 };
 
 /// A list of held pairs, of an update that may not be complete.
@@ -30,21 +30,21 @@ struct PairListView
 };
 
 /// Appends pair i of the neighbour list to the lists of the sets of boxes for which it is held.
-struct SendHeld
+struct AppendHeld
 {
-    NearList near;
+    NeighbourView neighbours;
     const std::uint8_t* isHeld[2];  ///< for list 0 and 1; null: that list is not needed
 
     struct Verdict
     {
-        SentPair sent;
+        RoutedPair routed;
     };
 
     CULLET_HOST_DEVICE Verdict read(std::uint64_t i) const
     {
-        if (!near.has(i))
+        if (!neighbours.has(i))
             return {};
-        return {{near.pairs[i], bitOf(0, i) | bitOf(1, i)}};
+        return {{neighbours.pairs[i], bitOf(0, i) | bitOf(1, i)}};
     }
     CULLET_HOST_DEVICE Verdict operator()(const Verdict& verdict) const { return verdict; }
     CULLET_HOST_DEVICE void keep(std::uint64_t, const Verdict&, const Verdict&) const {}
@@ -58,7 +58,7 @@ private:
 
 /// Inserts held pair i into the table where it is a hysteresis pair: its boxes are separated, or its filter words
 /// refuse it.
-struct TellApart
+struct InsertHysteresisPairs
 {
     PairListView held;
     const Aabb* boxes;
@@ -78,34 +78,34 @@ struct TellApart
 /// Tests pair i of a new list: its closeness, and whether it is held.
 ///
 /// @pre skins are no thinner than the margin by which pairs are held, and InsertHysteresisPairs is complete
-struct JudgeNear
+struct BeginHeld
 {
-    NearList near;
-    std::uint8_t* isHeld;     ///< [near.room, out]
+    NeighbourView neighbours;
+    std::uint8_t* isHeld;     ///< [neighbours.room, out]
     const AlignedBox* boxes;  ///< with skins
     const Filter* filters;    ///< as BoxHistory::filters
-    LookupTable apart;
+    LookupTable hysteresisPairs;
 
     CULLET_HOST_DEVICE void operator()(std::uint64_t i) const
     {
-        const NearItem item = near.readPair(i);
-        const NearVerdict verdict =
-            judgeFirst(item, boxes,
-                       [&](RowPair pair, const Aabb& a, const Aabb& b)
-                       {
-                           const bool areTogether = overlaps(a, b) && passesFilters(filters, pair);
-                           return FirstLook{false, areTogether || apart.contains(pair)};
-                       });
-        near.keep(i, item, verdict, isHeld);
+        const NeighbourItem item = neighbours.readPair(i);
+        const NeighbourVerdict verdict =
+            classifyFirst(item, boxes,
+                          [&](RowPair pair, const Aabb& a, const Aabb& b)
+                          {
+                              const bool areOverlapping = overlaps(a, b) && passesFilters(filters, pair);
+                              return FirstVerdict{false, areOverlapping || hysteresisPairs.contains(pair)};
+                          });
+        neighbours.keep(i, item, verdict, isHeld);
     }
 };
 
 /// Clears slot i of the table, and completes the list: it is void where the table was too small.
-struct EndList
+struct FinishList
 {
     LookupTable table;
-    NearList near;
-    NearReport* report;  ///< [out]
+    NeighbourView neighbours;
+    NeighbourReport* report;  ///< [out]
 
     CULLET_HOST_DEVICE void operator()(std::uint64_t i) const
     {
@@ -114,16 +114,16 @@ struct EndList
             return;
         report->lookups = *table.count;
         if (*table.count > table.limit())
-            *near.count = kVoidCount;
+            *neighbours.count = kVoidCount;
         *table.count = 0;
-        report->pairs = *near.count;
+        report->pairs = *neighbours.count;
     }
 };
 
 /// Tests whether pair i of the neighbour list is still held, enters or leaves.
 struct FollowHeld
 {
-    NearList near;
+    NeighbourView neighbours;
     const std::uint8_t* wasHeld;
     std::uint8_t* isHeld;  ///< [out] unchanged where a box has left its skin
     const Aabb* boxes;
@@ -131,49 +131,49 @@ struct FollowHeld
     /// A bit for each row: a pair can change only if one of its rows has it; null: any pair can.
     const std::uint32_t* sentRows;
     float margin;
-    const std::uint32_t* stretch;  ///< as MotionRecorder::displacement
-    NearReport* report;            ///< [out]
+    const std::uint32_t* displacement;  ///< as MotionRecorder::displacement
+    NeighbourReport* report;            ///< [out]
 
     /// A pair whose boxes have to be loaded.
-    struct alignas(16) Open
+    struct alignas(16) Undecided
     {
         RowPair pair;
         std::uint64_t place;  ///< twice the index, plus 1 where the pair was held
     };
 
-    CULLET_HOST_DEVICE NearItem read(std::uint64_t i) const { return near.read(i, wasHeld); }
+    CULLET_HOST_DEVICE NeighbourItem read(std::uint64_t i) const { return neighbours.read(i, wasHeld); }
 
     /// Held pairs whose closeness proves that they overlap stay; pairs that are proven separated and were not held do
     /// not enter.
-    CULLET_HOST_DEVICE bool isOpen(const NearItem& item) const
+    CULLET_HOST_DEVICE bool isUndecided(const NeighbourItem& item) const
     {
-        const float gone = floatOf(*stretch);
-        const Sureness sureness(item.closeness, sureFrom(gone));
+        const float gone = floatOf(*displacement);
+        const ClosenessTest closenessTest(item.closeness, decisiveCloseness(gone));
         // A separated held pair may be within the margin, and an overlapping pair that is not held may now pass the
         // filter.
-        const bool isSure = item.wasHeld ? sureness.areTogether : sureness.areApart;
-        const bool isAsked = item.isPair && gone <= kMostStretch && !isSure;
-        return isAsked && mayDiffer(isAsked ? item.pair : RowPair{0, 0});
+        const bool isDecided = item.wasHeld ? closenessTest.areOverlapping : closenessTest.areSeparated;
+        const bool isCandidate = item.isPair && gone <= kMostDisplacement && !isDecided;
+        return isCandidate && mayDiffer(isCandidate ? item.pair : RowPair{0, 0});
     }
-    CULLET_HOST_DEVICE void keep(std::uint64_t i, const NearItem& item) const
+    CULLET_HOST_DEVICE void keep(std::uint64_t i, const NeighbourItem& item) const
     {
         if (i == 0)
-            report->stretch = *stretch;
+            report->displacement = *displacement;
         if (item.isPair)
             isHeld[i] = item.wasHeld ? 1 : 0;
     }
-    CULLET_HOST_DEVICE Open open(std::uint64_t i, const NearItem& item) const
+    CULLET_HOST_DEVICE Undecided undecided(std::uint64_t i, const NeighbourItem& item) const
     {
         return {item.pair, 2 * i + (item.wasHeld ? 1 : 0)};
     }
-    CULLET_HOST_DEVICE SentPair look(const Open& open) const
+    CULLET_HOST_DEVICE RoutedPair classify(const Undecided& undecided) const
     {
-        const bool was = open.place % 2 != 0;
-        const bool is = isHeldNow(open.pair, was);
-        isHeld[open.place / 2] = is ? 1 : 0;
-        if (open.place / 2 == 0)
-            report->stretch = *stretch;
-        return {open.pair, is == was ? 0u : is ? kToAdded : kToRemoved};
+        const bool was = undecided.place % 2 != 0;
+        const bool is = isHeldNow(undecided.pair, was);
+        isHeld[undecided.place / 2] = is ? 1 : 0;
+        if (undecided.place / 2 == 0)
+            report->displacement = *displacement;
+        return {undecided.pair, is == was ? 0u : is ? kToAdded : kToRemoved};
     }
 
 private:

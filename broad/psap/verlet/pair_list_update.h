@@ -26,29 +26,29 @@ struct HeldLists
 /// recordUpdate(). The next list is made asynchronously after the delta has been enqueued; the next update is the
 /// first to read its report. None of these functions waits.
 template <class Exec>
-class HeldNear
+class PairListUpdate
 {
 public:
-    explicit HeldNear(const PsapOptions& options) : m_near(options) {}
+    explicit PairListUpdate(const PsapOptions& options) : m_neighbours(options) {}
 
     /// Chooses the mode of the next update. The executor must have completed the last update, but not the list made
     /// after it.
     void choose(const ProxyView& view)
     {
-        m_isFollowed = m_near.follows(view.size, thinnest(view.margin));
+        m_isFollowed = m_neighbours.chooseFollow(view.size, thinnest(view.margin));
         // The list does not contain the new rows.
         if (m_isFollowed && (view.anyChanges & (kRowCreated | kRowDestroyed)) != 0)
         {
-            m_near.policy().noteFollowed(kInfinity);
+            m_neighbours.policy().recordFollowed(kInfinity);
             m_isFollowed = false;
         }
     }
     bool isFollowed() const { return m_isFollowed; }
     /// Discards the list, since the rows will be others.
-    void forget() { m_near.policy().forget(); }
+    void forget() { m_neighbours.policy().forget(); }
 
     /// Reserves the counters. To be called before motionRecorder().
-    void ready(Exec& exec)
+    void reserveCounts(Exec& exec)
     {
         if (m_reports.size() != 0)
             return;
@@ -58,21 +58,21 @@ public:
     }
 
     /// What the upload of changed rows records of their motion.
-    RowWays ways(std::uint32_t* motion) const
+    MotionRecorder motionRecorder(std::uint32_t* motion) const
     {
-        return {motion, m_isFollowed ? m_near.then() : nullptr,
-                m_isFollowed ? &m_counts.data()->stretch : nullptr};
+        return {motion, m_isFollowed ? m_neighbours.reference() : nullptr,
+                m_isFollowed ? &m_counts.data()->displacement : nullptr};
     }
 
     /// @param sentRows as FollowHeld::sentRows
     void follow(Exec& exec, const Aabb* boxes, const Filter* filters, const std::uint32_t* sentRows,
                 float margin, const HeldLists& lists)
     {
-        exec.forEachSifted(
-            m_near.room(),
-            FollowHeld{list(), m_near.isHeld(m_side), m_near.isHeld(1 - m_side), boxes, filters, sentRows,
-                       margin, &m_counts.data()->stretch, exec.mappedForWriting(&report())},
-            lists.changes());
+        exec.forEachCompacted(m_neighbours.room(),
+                              FollowHeld{list(), m_neighbours.isHeld(m_current),
+                                         m_neighbours.isHeld(1 - m_current), boxes, filters, sentRows, margin,
+                                         &m_counts.data()->displacement, exec.mappedForWriting(&report())},
+                              lists.changes());
     }
     /// Lists the held pairs from the flags: no list of them is kept up to date while the neighbour list is followed.
     ///
@@ -80,28 +80,29 @@ public:
     /// @param now    those of this update, after follow() and before recordUpdate(); null: not needed
     void listHeld(Exec& exec, const PairList* before, const PairList* now)
     {
-        const SendHeld step = {list(),
-                               {before != nullptr ? m_near.isHeld(m_side) : nullptr,
-                                now != nullptr ? m_near.isHeld(1 - m_side) : nullptr}};
+        const AppendHeld step = {list(),
+                                 {before != nullptr ? m_neighbours.isHeld(m_current) : nullptr,
+                                  now != nullptr ? m_neighbours.isHeld(1 - m_current) : nullptr}};
         const PairList none = {nullptr, 0, nullptr};
-        exec.forEachSent(m_near.room(), step,
-                         PairLists<2>{{before != nullptr ? *before : none, now != nullptr ? *now : none}});
+        exec.forEachMultiAppend(
+            m_neighbours.room(), step,
+            PairLists<2>{{before != nullptr ? *before : none, now != nullptr ? *now : none}});
     }
     /// Collects the report of follow(), once, after the executor has completed it. Returns whether follow() found all
     /// changes; if not, it has found none, and the update has to be searched.
-    bool isTold()
+    bool collectResult()
     {
         if (report().pairs > m_room)
         {
-            m_near.noteShort(report().pairs);
-            m_isSpilled = report().pairs == kSpilled;
+            m_neighbours.recordOverflow(report().pairs);
+            m_hasOverflowed = report().pairs == kOverflowed;
             m_isFollowed = false;
             return false;
         }
-        const float stretch = floatOf(report().stretch);
-        if (!m_hasNext)
-            m_near.policy().noteFollowed(stretch);
-        m_isFollowed = stretch <= kMostStretch;
+        const float displacement = floatOf(report().displacement);
+        if (!m_hasNextList)
+            m_neighbours.policy().recordFollowed(displacement);
+        m_isFollowed = displacement <= kMostDisplacement;
         return m_isFollowed;
     }
     /// Whether follow() may be called once more in this update: not where the next list has replaced this one
@@ -110,51 +111,51 @@ public:
     /// Discards a list that was begun early, since the update is searched after all and the held pairs are others.
     void giveUp()
     {
-        if (m_hasNext)
-            m_near.policy().forget();
-        m_hasNext = false;
+        if (m_hasNextList)
+            m_neighbours.policy().forget();
+        m_hasNextList = false;
         m_isFollowed = false;
     }
 
     /// Completes the update.
     ///
     /// @param held number of held pairs
-    void note(std::uint64_t held)
+    void recordUpdate(std::uint64_t held)
     {
-        if (!m_isFollowed && !m_isSpilled)
-            m_near.growsSizes(NearFrame::Search);
+        if (!m_isFollowed && !m_hasOverflowed)
+            m_neighbours.recordSearchedSkin(NeighbourMode::Search);
         if (!m_isFollowed)
             return;
-        m_side = 1 - m_side;
+        m_current = 1 - m_current;
         if (m_isNew)
-            m_near.noteBegun(report().pairs, m_heldThen);
+            m_neighbours.recordBegun(report().pairs, m_heldAtBegin);
         m_isNew = false;
-        useNext(held);
+        adoptNextList(held);
     }
 
     /// Decides whether the next list is begun after follow(), before its result is known.
-    bool beginsAhead()
+    bool tryBeginEarly()
     {
-        m_isReplaced = m_near.policy().beginsAhead();
+        m_isReplaced = m_neighbours.policy().tryBeginEarly();
         return m_isReplaced;
     }
     /// Decides whether the next list is begun after recordUpdate().
-    bool beginsBehind(std::uint64_t count) { return m_near.policy().beginsBehind(count); }
+    bool tryBegin(std::uint64_t count) { return m_neighbours.policy().tryBegin(count); }
     /// Gives boxes their skins for a new list. Discards the last list, but not the number of its pairs.
     ///
     /// @return whether there is enough memory
     bool grow(Exec& exec, const RowBoxes& rows, std::uint64_t count)
     {
-        if (!m_near.reserve(exec, count))
+        if (!m_neighbours.reserve(exec, count))
             return false;
         exec.clear(m_counts.data(), 1);
-        m_near.growRows(exec, rows);
+        m_neighbours.growRows(exec, rows);
         return true;
     }
-    const Aabb* grown() const { return m_near.grown(); }
-    bool growsSizes() { return m_near.growsSizes(NearFrame::Begin); }
+    const Aabb* grown() const { return m_neighbours.grown(); }
+    bool recordSearchedSkin() { return m_neighbours.recordSearchedSkin(NeighbourMode::Begin); }
     /// Whether the last list is void because the search overflowed. Resets the flag.
-    bool takeSpill() { return std::exchange(m_isSpilled, false); }
+    bool collectOverflow() { return std::exchange(m_hasOverflowed, false); }
     /// Hysteresis pairs of the last list, which need the table.
     std::uint64_t lookups() const { return report().lookups; }
 
@@ -164,30 +165,34 @@ public:
     /// @param isEarly result of tryBeginEarly()
     /// @param table empty, with a count of 0; empty again afterwards
     template <class Search>
-    void begin(Exec& exec, Search& search, bool isAhead, const PairListView& held, const Aabb* boxes,
+    void begin(Exec& exec, Search& search, bool isEarly, const PairListView& held, const Aabb* boxes,
                const Filter* filters, const LookupTable& table)
     {
-        m_near.find(exec, search, m_counts.data());
-        exec.forEach(held.room, TellApart{held, boxes, filters, table});
-        const unsigned side = isAhead ? 1 - m_side : m_side;
-        exec.forEach(m_near.room(), JudgeNear{list(), m_near.isHeld(side), m_near.then(), filters, table});
+        m_neighbours.find(exec, search, m_counts.data());
+        exec.forEach(held.room, InsertHysteresisPairs{held, boxes, filters, table});
+        const unsigned current = isEarly ? 1 - m_current : m_current;
+        exec.forEach(m_neighbours.room(), BeginHeld{list(), m_neighbours.isHeld(current),
+                                                    m_neighbours.reference(), filters, table});
         exec.forEach(table.mask + 1,
-                     EndList{table, list(), exec.mappedForWriting(m_reports.data() + 1 - m_which)});
-        m_hasNext = true;
+                     FinishList{table, list(), exec.mappedForWriting(m_reports.data() + 1 - m_reportIndex)});
+        m_hasNextList = true;
     }
     /// Adopts a list that was not begun early: the next update will use it.
-    void useNext(std::uint64_t held)
+    void adoptNextList(std::uint64_t held)
     {
-        if (!m_hasNext)
+        if (!m_hasNextList)
             return;
-        m_hasNext = false;
-        m_which = 1 - m_which;
-        m_room = m_near.room();
-        m_heldThen = held;
+        m_hasNextList = false;
+        m_reportIndex = 1 - m_reportIndex;
+        m_room = m_neighbours.room();
+        m_heldAtBegin = held;
         m_isNew = true;
     }
 
-    void sample(Exec& exec, const RowBoxes& rows, std::uint64_t count) { m_near.sample(exec, rows, count); }
+    void sample(Exec& exec, const RowBoxes& rows, std::uint64_t count)
+    {
+        m_neighbours.sample(exec, rows, count);
+    }
 
 private:
     template <class T>
@@ -196,21 +201,21 @@ private:
     /// Slightly more than the margin, because of rounding: all held pairs must be in the list.
     static float thinnest(float margin) { return margin * (1 + 0x1p-10f); }
 
-    NearList list() const { return m_near.list(m_counts.data()); }
-    NearReport& report() { return m_reports.data()[m_which]; }
-    const NearReport& report() const { return m_reports.data()[m_which]; }
+    NeighbourView list() const { return m_neighbours.list(m_counts.data()); }
+    NeighbourReport& report() { return m_reports.data()[m_reportIndex]; }
+    const NeighbourReport& report() const { return m_reports.data()[m_reportIndex]; }
 
-    NearPairs<Exec> m_near;
+    NeighbourStore<Exec> m_neighbours;
     bool m_isFollowed = false;
     bool m_isReplaced = false;
-    bool m_hasNext = false;  ///< a list was begun that no update has followed yet
-    bool m_isSpilled = false;
-    bool m_isNew = false;          ///< the list's report has not been read yet
-    std::uint64_t m_room = 0;      ///< room of the list in use
-    std::uint64_t m_heldThen = 0;  ///< held pairs when the list was begun
-    unsigned m_side = 0;           ///< index of the flags of the last update
-    unsigned m_which = 0;          ///< index of the list's report
-    Buffer<NearCounts> m_counts;
-    typename Exec::template Staging<NearReport> m_reports;
+    bool m_hasNextList = false;  ///< a list was begun that no update has followed yet
+    bool m_hasOverflowed = false;
+    bool m_isNew = false;             ///< the list's report has not been read yet
+    std::uint64_t m_room = 0;         ///< room of the list in use
+    std::uint64_t m_heldAtBegin = 0;  ///< held pairs when the list was begun
+    unsigned m_current = 0;           ///< index of the flags of the last update
+    unsigned m_reportIndex = 0;       ///< index of the list's report
+    Buffer<NeighbourCounts> m_counts;
+    typename Exec::template Staging<NeighbourReport> m_reports;
 };
 }  // namespace cullet::psap

@@ -23,14 +23,14 @@ float quantile(BoxInSample* sample, std::uint64_t count, double share, const Get
 }
 }  // namespace
 
-NearFrame SkinPolicy::choose(std::uint64_t boxes)
+NeighbourMode SkinPolicy::choose(std::uint64_t boxes)
 {
-    if (follows(boxes, 0))
-        return NearFrame::Follow;
-    return isUsed(boxes) ? search() : NearFrame::Search;
+    if (chooseFollow(boxes, 0))
+        return NeighbourMode::Follow;
+    return isUsed(boxes) ? search() : NeighbourMode::Search;
 }
 
-bool SkinPolicy::follows(std::uint64_t boxes, float thinnest)
+bool SkinPolicy::chooseFollow(std::uint64_t boxes, float thinnest)
 {
     m_thinnest = thinnest;
     if (!isUsed(boxes))
@@ -39,43 +39,43 @@ bool SkinPolicy::follows(std::uint64_t boxes, float thinnest)
         return false;
     }
     m_setsToSample -= m_setsToSample != 0 ? 1 : 0;
-    endUnlessLasting();
+    endIfExpiring();
     return m_hasList;
 }
 
-bool SkinPolicy::beginsAhead()
+bool SkinPolicy::tryBeginEarly()
 {
-    const float expected = m_stretch + m_step;
-    const bool isLast = expected <= kMostStretch && !(expected + m_step <= kMostStretch);
+    const float expected = m_displacement + m_step;
+    const bool isLast = expected <= kMostDisplacement && !(expected + m_step <= kMostDisplacement);
     if (!m_hasList || !isLast || m_pause != 0 || !canBegin())
         return false;
-    noteFollowed(expected);
+    recordFollowed(expected);
     end(expected + m_step);
-    return search() == NearFrame::Begin;
+    return search() == NeighbourMode::Begin;
 }
 
-bool SkinPolicy::beginsBehind(std::uint64_t boxes)
+bool SkinPolicy::tryBegin(std::uint64_t boxes)
 {
-    endUnlessLasting();
-    return isUsed(boxes) && !m_hasList && search() == NearFrame::Begin;
+    endIfExpiring();
+    return isUsed(boxes) && !m_hasList && search() == NeighbourMode::Begin;
 }
 
-void SkinPolicy::endUnlessLasting()
+void SkinPolicy::endIfExpiring()
 {
-    if (m_hasList && !(m_stretch + m_step <= kMostStretch))
-        end(m_stretch + m_step);
+    if (m_hasList && !(m_displacement + m_step <= kMostDisplacement))
+        end(m_displacement + m_step);
 }
 
-NearFrame SkinPolicy::search()
+NeighbourMode SkinPolicy::search()
 {
     if (m_pause != 0)
         --m_pause;
     else if (canBegin())
     {
         begin();
-        return NearFrame::Begin;
+        return NeighbourMode::Begin;
     }
-    return NearFrame::Search;
+    return NeighbourMode::Search;
 }
 
 bool SkinPolicy::canBegin() const
@@ -89,11 +89,11 @@ void SkinPolicy::begin()
     if (m_skin < m_thinnest)
         setSkin();
     m_hasList = true;
-    m_stretch = m_step = 0;
+    m_displacement = m_step = 0;
     m_age = 0;
 }
 
-void SkinPolicy::noteSample(BoxInSample* sample, std::uint64_t count)
+void SkinPolicy::recordSample(BoxInSample* sample, std::uint64_t count)
 {
     BoxInSample* const end =
         std::remove_if(sample, sample + count, [](const BoxInSample& box) { return box.side < 0; });
@@ -102,42 +102,43 @@ void SkinPolicy::noteSample(BoxInSample* sample, std::uint64_t count)
     if (bounded == 0)
         return;
     m_side = quantile(sample, bounded, 0.5, [](const BoxInSample& box) { return box.side; });
-    m_way = quantile(sample, bounded, 0.99, [](const BoxInSample& box) { return box.way; });
+    m_distance = quantile(sample, bounded, 0.99, [](const BoxInSample& box) { return box.distance; });
     // A list pays if it is followed at least twice.
-    m_isSlow = m_side > kSmallest && (m_choice == PsapNearPairs::Always || 2 * m_way <= kThickest * m_side);
+    m_isSlow =
+        m_side > kSmallest && (m_choice == PsapNearPairs::Always || 2 * m_distance <= kThickest * m_side);
     if (m_isSlow)
         setSkin();
     else
-        m_setsToSample = std::min(m_setsToSample, kSetsAfterJump);
+        m_setsToSample = std::min(m_setsToSample, kSetsAfterFastSample);
 }
 
-void SkinPolicy::noteBegun(std::uint64_t near, std::uint64_t boxes, std::uint64_t pairs)
+void SkinPolicy::recordBegun(std::uint64_t neighbours, std::uint64_t boxes, std::uint64_t pairs)
 {
     // More than thick skins cause for boxes of equal size: most of the pairs are due to other boxes.
     constexpr std::uint64_t kMostPerPair = 6;
-    if (near > kMostPerPair * (boxes + pairs))
+    if (neighbours > kMostPerPair * (boxes + pairs))
         pause();
 }
 
-void SkinPolicy::noteFollowed(float stretch)
+void SkinPolicy::recordFollowed(float displacement)
 {
-    if (!(stretch <= kMostStretch))
-        return end(stretch);
+    if (!(displacement <= kMostDisplacement))
+        return end(displacement);
     ++m_age;
     m_nextPause = m_age > 2 ? kShortestPause : m_nextPause;
-    m_step = std::max(m_step, stretch - m_stretch);
-    m_stretch = stretch;
+    m_step = std::max(m_step, displacement - m_displacement);
+    m_displacement = displacement;
 }
 
 /// Adapts the skins after a list that has expired.
-void SkinPolicy::end(float stretch)
+void SkinPolicy::end(float displacement)
 {
     // A larger displacement is a teleported or created box, for which thicker skins do not help.
     constexpr float kHeldByThicker = 4;
     constexpr std::uint32_t kFewSets = 3, kManySets = 64;
     constexpr float kMore = 1.5f, kFewer = 0.7f;
     m_hasList = false;
-    if (m_age < kFewSets && m_sets < kMostSets && stretch < kHeldByThicker)
+    if (m_age < kFewSets && m_sets < kMostSets && displacement < kHeldByThicker)
         m_sets = std::min(kMore * m_sets, kMostSets);
     else if (m_age < 2)
         pause();
@@ -149,8 +150,8 @@ void SkinPolicy::end(float stretch)
 void SkinPolicy::setSkin()
 {
     // Where nearly all boxes rest, their motion would give no skin at all; the few moving ones need one.
-    const float way = std::max(m_way, kThinnest * m_side / kFirstSets);
-    const float wanted = std::clamp(m_sets * way, kThinnest * m_side, kThickest * m_side);
+    const float distance = std::max(m_distance, kThinnest * m_side / kFirstSets);
+    const float wanted = std::clamp(m_sets * distance, kThinnest * m_side, kThickest * m_side);
     const float skin = std::max(wanted, m_thinnest);
     // Small changes do not matter, but would void recorded launches and plans.
     if (skin > 0.8f * m_skin && skin < 1.25f * m_skin && m_skin >= m_thinnest)

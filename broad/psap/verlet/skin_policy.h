@@ -10,7 +10,7 @@
 namespace cullet::psap
 {
 /// What is done with a set of boxes.
-enum class NearFrame
+enum class NeighbourMode
 {
     Search,  ///< a search without a neighbour list
     Begin,   ///< a search with skins, which makes a neighbour list
@@ -28,20 +28,20 @@ public:
     explicit SkinPolicy(PsapNearPairs choice) : m_choice(choice) {}
 
     /// Mode for the next set of boxes. Its outcome is reported to the record functions below.
-    NearFrame choose(std::uint64_t boxes);
+    NeighbourMode choose(std::uint64_t boxes);
     /// Mode for a set that could not be followed.
-    NearFrame search();
+    NeighbourMode search();
 
     /// Chooses whether the list is followed for the next set, where lists are made after a set for the next ones.
     ///
     /// @param thinnest least thickness of the skins of a new list
-    bool follows(std::uint64_t boxes, float thinnest);
+    bool chooseFollow(std::uint64_t boxes, float thinnest);
     /// Begins the next list while this set is still followed, where the current list will not last for another one.
     /// Returns whether it does. Assumes that boxes move as far as before; recordFollowed() must not be called for
     /// this set.
-    bool beginsAhead();
+    bool tryBeginEarly();
     /// Begins a list after a set, where there is none, or none that lasts. Returns whether it does.
-    bool beginsBehind(std::uint64_t boxes);
+    bool tryBegin(std::uint64_t boxes);
 
     /// Skins of the next list.
     SkinRule rule() const { return {m_skin}; }
@@ -50,21 +50,21 @@ public:
 
     /// Whether the sizes of boxes are to be sampled after this set.
     bool wantsSample(std::uint64_t boxes) const { return isUsed(boxes) && m_setsToSample == 0; }
-    void noteSampling() { m_setsToSample = kSetsPerSample; }
+    void recordSampling() { m_setsToSample = kSetsPerSample; }
     /// Evaluates that sample. @param sample [count] overwritten
-    void noteSample(BoxInSample* sample, std::uint64_t count);
+    void recordSample(BoxInSample* sample, std::uint64_t count);
     /// @param neighbours pairs in the list, for so many boxes and so many overlapping pairs
-    void noteBegun(std::uint64_t near, std::uint64_t boxes, std::uint64_t pairs);
+    void recordBegun(std::uint64_t neighbours, std::uint64_t boxes, std::uint64_t pairs);
     /// @param displacement since the list was made, in skins; above kMostDisplacement the list was of no use
-    void noteFollowed(float stretch);
+    void recordFollowed(float displacement);
     /// Discards the list for other reasons.
     void forget() { m_hasList = false; }
 
 private:
     void begin();
-    void end(float stretch);
+    void end(float displacement);
     void pause();
-    void endUnlessLasting();
+    void endIfExpiring();
     void setSkin();
     bool canBegin() const;
     bool isUsed(std::uint64_t boxes) const
@@ -79,19 +79,19 @@ private:
     static constexpr float kFewestSets = 3, kFirstSets = 5, kMostSets = 16;
     // Thickness of skins, in the median of the longest sides.
     static constexpr float kThinnest = 1.0f / 32, kThickest = 0.25f;
-    static constexpr std::uint32_t kSetsPerSample = 32, kSetsAfterJump = 16;
+    static constexpr std::uint32_t kSetsPerSample = 32, kSetsAfterFastSample = 16;
     static constexpr std::uint32_t kShortestPause = 16, kLongestPause = 512;
 
     PsapNearPairs m_choice;
     bool m_hasList = false;
     bool m_isSlow = false;  ///< most boxes move short distances
     float m_side = 0;       ///< median of the longest sides
-    float m_way = 0;        ///< distance that 99 % of the boxes do not exceed
+    float m_distance = 0;   ///< distance that 99 % of the boxes do not exceed
     float m_sets = kFirstSets;
     float m_skin = 0;
     float m_thinnest = 0;
-    float m_stretch = 0;  ///< since the list was made
-    float m_step = 0;     ///< largest growth from one set to the next
+    float m_displacement = 0;  ///< since the list was made
+    float m_step = 0;          ///< largest growth from one set to the next
     std::uint32_t m_age = 0;
     std::uint32_t m_pause = 0, m_nextPause = kShortestPause;
     std::uint32_t m_setsToSample = 2;  // the first set has no motion

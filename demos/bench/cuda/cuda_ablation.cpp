@@ -19,7 +19,7 @@ namespace
 constexpr std::uint32_t kFixedCells = 1024;
 constexpr int kSlowFrames = 3;
 // Larger worlds run only variants that take some milliseconds.
-constexpr std::uint32_t kMostBodiesForAll = 1u << 20;
+constexpr std::uint32_t kMaxBodiesForAll = 1u << 20;
 
 struct Variant
 {
@@ -102,7 +102,7 @@ void timeVariants(const FreshSets& sets, const std::vector<Variant>& variants, i
 {
     for (const Variant& variant : variants)
     {
-        const bool isFor = variant.isForAnySize || sets.scene().bodies <= kMostBodiesForAll;
+        const bool isFor = variant.isForAnySize || sets.scene().bodies <= kMaxBodiesForAll;
         if (isFor && !isInterrupted())
             table.add(timePairs(sets, variant.name, variant.options,
                                 variant.isSlow ? std::min(frames, kSlowFrames) : frames));
@@ -114,7 +114,7 @@ void timeAblation(const FreshSets& sets, int frames, CudaTable& table)
 {
     timeVariants(sets, fastVariants(), frames, table);
     timeVariants(sets, thesisVariants(),
-                 sets.scene().bodies <= kMostBodiesForAll ? frames : std::min(frames, kSlowFrames), table);
+                 sets.scene().bodies <= kMaxBodiesForAll ? frames : std::min(frames, kSlowFrames), table);
 }
 
 void timeScales(const FreshSets& sets, CudaTable& table)

@@ -120,7 +120,7 @@ void measure(const CudaBenchOptions& options, CudaTable& table)
         return timeOrders(options, table);
     for (const FreshScene& scene : scenes)
     {
-        if (options.wants(scene.name, scene.bodies) && !isInterrupted())
+        if (options.selects(scene.name, scene.bodies) && !isInterrupted())
             runScene(FreshSets(scene), options, table);
     }
     timeExtremes(options, table);

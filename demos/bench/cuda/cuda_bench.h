@@ -19,7 +19,7 @@ struct CudaBenchOptions
     bool orders = false;     ///< instead, every order of the fast search at sizes in between
     std::string only;        ///< only scenes whose name, such as W1-65536, contains this
 
-    bool wants(const std::string& scene, std::uint32_t bodies) const
+    bool selects(const std::string& scene, std::uint32_t bodies) const
     {
         return (scene + "-" + std::to_string(bodies)).find(only) != std::string::npos;
     }

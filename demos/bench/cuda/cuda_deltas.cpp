@@ -43,7 +43,7 @@ std::uint64_t hashOfPairs(const DeviceDeltas& found)
 }
 
 /// Accumulates the changes, so that a wrong one is detected.
-class AddedUp
+class AccumulatedChanges
 {
 public:
     void add(const DeviceDeltas& found)
@@ -85,7 +85,7 @@ CudaRow timeDeltas(const FreshSets& sets, const std::string& variant, int frames
     const DeviceBoxes current(bodies);
     DriftingBoxes drifting(isFresh ? std::vector<Aabb>() : sets.first());
     CudaRow row = rowFor(sets.scene(), variant, kFreshPairs);
-    AddedUp all;
+    AccumulatedChanges all;
     DeviceDeltas found;
     std::vector<double> times;
     for (int frame = 0; frame < kDriftWarmUps + frames; ++frame)

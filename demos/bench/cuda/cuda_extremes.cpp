@@ -66,7 +66,7 @@ void timeExtremes(const CudaBenchOptions& options, CudaTable& table)
 {
     for (const Extreme& extreme : extremes())
     {
-        if (options.wants(extreme.scene.name, kMillion) && !isInterrupted())
+        if (options.selects(extreme.scene.name, kMillion) && !isInterrupted())
             timeExtreme(extreme, options, table);
     }
 }

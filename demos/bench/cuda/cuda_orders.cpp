@@ -88,7 +88,7 @@ void timeOrders(const CudaBenchOptions& options, CudaTable& table)
         for (const std::uint32_t bodies :
              {1u << 14, 1u << 15, 3u << 14, 1u << 16, 1u << 17, 1u << 18, 1u << 20})
         {
-            if (options.wants(kind.name, bodies) && !isInterrupted())
+            if (options.selects(kind.name, bodies) && !isInterrupted())
                 worst = std::max(worst, timeScene({kind.name, bodies, kind.make},
                                                   options.quick ? 5 : kFramesOfRound, table));
         }

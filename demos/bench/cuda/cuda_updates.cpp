@@ -87,7 +87,7 @@ double timeUpdate(Backend& backend, const ProxyView& view, PairDelta& delta)
 }
 
 /// Milliseconds until the device has finished its work after an update.
-double timeBehind()
+double timeAfterUpdate()
 {
     return timeOf([] { checkCuda(cudaDeviceSynchronize()); });
 }
@@ -120,11 +120,11 @@ CudaRow timeUpdates(const FreshSets& sets, const std::string& variant, std::uniq
     {
         const ProxyView view = boxes.view();
         const double passed = timeUpdate(*backend, view, delta);
-        const double behind = timeBehind();
+        const double behind = timeAfterUpdate();
         if (frame >= frames.warmUps)
         {
             times.push_back(passed);
-            row.behindMs += behind / frames.timed;
+            row.afterUpdateMs += behind / frames.timed;
         }
         if (frame >= frames.warmUps && stages != nullptr)
             addStages(backend->stats(), view, delta, *stages);

@@ -15,9 +15,9 @@ inline namespace CULLET_PRECISION
 {
 namespace
 {
-constexpr int kMostTrials = 5;
+constexpr int kMaxTrials = 5;
 
-struct Contestant
+struct TrialBackend
 {
     SubjectRequest request;
     int threads = 1;
@@ -26,12 +26,12 @@ struct Contestant
     std::vector<double> milliseconds;
 };
 
-bool wantsMore(const Contestant& backend, int round, double budgetMs)
+bool shouldRunAgain(const TrialBackend& backend, int round, double budgetMs)
 {
-    return round == 0 || (backend.last.finished && backend.last.milliseconds < budgetMs / kMostTrials);
+    return round == 0 || (backend.last.finished && backend.last.milliseconds < budgetMs / kMaxTrials);
 }
 
-void runTrial(const std::string& benchmark, Contestant& backend,
+void runTrial(const std::string& benchmark, TrialBackend& backend,
               const std::function<Trial(Subject&, double)>& trial, double budgetMs)
 {
     const auto start = TraceFile::Clock::now();
@@ -47,26 +47,26 @@ void runTrials(const std::string& benchmark, const BroadCase& benchCase, const E
                const std::function<Trial(Subject&, double)>& trial, ResultFile& file)
 {
     const double budgetMs = benchCase.options.budget * 1e3;
-    std::vector<Contestant> backends(benchCase.options.backends.size());
+    std::vector<TrialBackend> backends(benchCase.options.backends.size());
     for (std::size_t i = 0; i < backends.size(); ++i)
     {
         backends[i].request = requestFor(benchCase, benchCase.options.backends[i], bounds);
         backends[i].trace = {benchCase.options.trace, backends[i].request.name};
     }
-    std::optional<Progress> progress(std::in_place, benchmark, kMostTrials * backends.size(),
+    std::optional<Progress> progress(std::in_place, benchmark, kMaxTrials * backends.size(),
                                      benchCase.options.quiet);
-    for (int round = 0; round < kMostTrials && !isInterrupted(); ++round)
+    for (int round = 0; round < kMaxTrials && !isInterrupted(); ++round)
     {
-        for (Contestant& backend : backends)
+        for (TrialBackend& backend : backends)
         {
-            if (wantsMore(backend, round, budgetMs) && !isInterrupted())
+            if (shouldRunAgain(backend, round, budgetMs) && !isInterrupted())
                 runTrial(benchmark, backend, trial, budgetMs);
             progress->advance();
         }
     }
     progress.reset();
     std::optional<PairDigest> expected;
-    for (const Contestant& backend : backends)
+    for (const TrialBackend& backend : backends)
     {
         if (backend.milliseconds.empty())
             continue;

@@ -20,7 +20,7 @@ namespace
 {
 /// Adds points to the manifold, as in a step, and stores the deepest one. Cullet distinguishes it by its class from the
 /// result of a step; so it is used outside of the timing only.
-class WatchedResult final : public btManifoldResult
+class RecordingResult final : public btManifoldResult
 {
 public:
     using btManifoldResult::btManifoldResult;
@@ -73,7 +73,7 @@ public:
 
 private:
     static NarrowAnswer answerOf(const btManifoldResult&) { return {}; }
-    static NarrowAnswer answerOf(const WatchedResult& result)
+    static NarrowAnswer answerOf(const RecordingResult& result)
     {
         NarrowAnswer answer;
         if (result.deepest == BT_LARGE_FLOAT)
@@ -107,12 +107,12 @@ public:
             m_pairs.push_back(std::make_unique<AlgorithmPair>(m_dispatcher, m_shape));
     }
 
-    void run(std::vector<NarrowAnswer>& answers) override { askAll<btManifoldResult>(answers); }
-    void tell(std::vector<NarrowAnswer>& answers) override { askAll<WatchedResult>(answers); }
+    void run(std::vector<NarrowAnswer>& answers) override { queryAll<btManifoldResult>(answers); }
+    void completeAnswers(std::vector<NarrowAnswer>& answers) override { queryAll<RecordingResult>(answers); }
 
 private:
     template <class Result>
-    void askAll(std::vector<NarrowAnswer>& answers)
+    void queryAll(std::vector<NarrowAnswer>& answers)
     {
         for (const auto& pair : m_pairs)
             pair->forget();

@@ -158,7 +158,7 @@ Json makeRow(const Case& c, const std::vector<NarrowRunner>& runners, NarrowRunn
              NarrowCheck& check)
 {
     const Statistics times = summarise(runner.milliseconds);
-    runner.subject->tell(runner.answers);
+    runner.subject->completeAnswers(runner.answers);
     const NarrowErrors errors = check.check(runner.answers);
     const NarrowWork work = runner.subject->countWork();
     const double queries = static_cast<double>(runner.answers.size());

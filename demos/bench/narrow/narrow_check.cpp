@@ -16,7 +16,7 @@ constexpr double kLargestError = 1e-4;
 /// Stride of the queries of a trajectory whose depths are checked.
 constexpr std::size_t kDepthStride = 101;
 
-bool asksForContacts(NarrowQuery query)
+bool needsContacts(NarrowQuery query)
 {
     return query == NarrowQuery::Contacts || isBulletsOwn(query);
 }
@@ -57,7 +57,7 @@ bool NarrowCheck::isBooleanWrong(std::size_t query, const NarrowAnswer& answer)
 bool NarrowCheck::isContactMissing(std::size_t query, const NarrowAnswer& answer) const
 {
     const double gap = static_cast<double>(m_trajectories.truth(query).upper);
-    return asksForContacts(m_query) && std::isnan(answer.distance) && gap < kContactDistance - kUndecided;
+    return needsContacts(m_query) && std::isnan(answer.distance) && gap < kContactDistance - kUndecided;
 }
 
 double NarrowCheck::errorOf(std::size_t query, const NarrowAnswer& answer)
@@ -69,7 +69,7 @@ double NarrowCheck::errorOf(std::size_t query, const NarrowAnswer& answer)
     if (!truth.isInside)
         return std::abs(answer.distance - static_cast<double>(truth.upper));
     const bool isSampled = query % kDepthStride == 0;
-    return asksForContacts(m_query) && isSampled ? std::abs(answer.distance + depth(query)) : 0.0;
+    return needsContacts(m_query) && isSampled ? std::abs(answer.distance + depth(query)) : 0.0;
 }
 
 double NarrowCheck::depth(std::size_t query)

@@ -56,28 +56,28 @@ private:
         switch (m_request.query)
         {
             case NarrowQuery::Boolean:
-                return forAll([&](const Posed& a, const Posed& b, Cache& cache, NarrowAnswer& answer)
-                              { return answerBoolean(a, b, cache, answer, observer, m_variant); },
-                              answers);
+                return runAllPairs([&](const Posed& a, const Posed& b, Cache& cache, NarrowAnswer& answer)
+                                   { return answerBoolean(a, b, cache, answer, observer, m_variant); },
+                                   answers);
             case NarrowQuery::Distance:
-                return forAll([&](const Posed& a, const Posed& b, Cache& cache, NarrowAnswer& answer)
-                              { return answerDistance(a, b, cache, answer, observer, m_variant.start); },
-                              answers);
+                return runAllPairs([&](const Posed& a, const Posed& b, Cache& cache, NarrowAnswer& answer)
+                                   { return answerDistance(a, b, cache, answer, observer, m_variant.start); },
+                                   answers);
             default:
-                return forAll([&](const Posed& a, const Posed& b, Cache& cache, NarrowAnswer& answer)
-                              { return answerContact(a, b, cache, answer, observer); },
-                              answers);
+                return runAllPairs([&](const Posed& a, const Posed& b, Cache& cache, NarrowAnswer& answer)
+                                   { return answerContact(a, b, cache, answer, observer); },
+                                   answers);
         }
     }
 
     template <class Answer>
-    std::int64_t forAll(const Answer& answer, std::vector<NarrowAnswer>& answers)
+    std::int64_t runAllPairs(const Answer& answer, std::vector<NarrowAnswer>& answers)
     {
-        return m_request.isWarm ? forAllRemembering(answer, answers) : forAllFresh(answer, answers);
+        return m_request.isWarm ? runAllWarm(answer, answers) : runAllCold(answer, answers);
     }
 
     template <class Answer>
-    std::int64_t forAllRemembering(const Answer& answer, std::vector<NarrowAnswer>& answers) const
+    std::int64_t runAllWarm(const Answer& answer, std::vector<NarrowAnswer>& answers) const
     {
         std::vector<Cache> caches(NarrowTrajectories::kPairs);
         std::int64_t iterations = 0;
@@ -90,7 +90,7 @@ private:
     }
 
     template <class Answer>
-    std::int64_t forAllFresh(const Answer& answer, std::vector<NarrowAnswer>& answers) const
+    std::int64_t runAllCold(const Answer& answer, std::vector<NarrowAnswer>& answers) const
     {
         std::int64_t iterations = 0;
         const std::size_t count = m_pairs.size();
@@ -153,7 +153,7 @@ private:
 /// For near shapes, a fifth step hardly finds more axes; for overlapping ones, each step costs one support.
 constexpr int kReflections = 4;
 
-std::unique_ptr<NarrowSubject> makeStarting(const NarrowRequest& request, GjkStart start)
+std::unique_ptr<NarrowSubject> makeFromStart(const NarrowRequest& request, GjkStart start)
 {
     if (request.query != NarrowQuery::Boolean && request.query != NarrowQuery::Distance)
         return nullptr;
@@ -179,12 +179,12 @@ std::unique_ptr<NarrowSubject> makeCulletReflectedNarrow(const NarrowRequest& re
 
 std::unique_ptr<NarrowSubject> makeCulletFromAxisNarrow(const NarrowRequest& request)
 {
-    return makeStarting(request, GjkStart::Axis);
+    return makeFromStart(request, GjkStart::Axis);
 }
 
 std::unique_ptr<NarrowSubject> makeCulletFromFourNarrow(const NarrowRequest& request)
 {
-    return makeStarting(request, GjkStart::FourDirections);
+    return makeFromStart(request, GjkStart::FourDirections);
 }
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

@@ -71,7 +71,7 @@ public:
     virtual void run(std::vector<NarrowAnswer>& answers) = 0;
 
     /// Completes answers that run() leaves open; not timed.
-    virtual void tell(std::vector<NarrowAnswer>&) {}
+    virtual void completeAnswers(std::vector<NarrowAnswer>&) {}
 
     /// Runs once more and counts; not timed.
     virtual NarrowWork countWork() { return {}; }

@@ -42,7 +42,7 @@ void NarrowTrajectories::addFrame(std::vector<PairScene<btScalar>>& pairs, const
 {
     for (int pair = 0; pair < kPairs; ++pair)
     {
-        moveALittle(pairs[pair], 0.01, engine);
+        perturb(pairs[pair], 0.01, engine);
         const double swing = 0.5 + 0.5 * std::sin(phases[pair] + 0.15 * frame);
         setGapOutwards(pairs[pair], regime.low + swing * (regime.high - regime.low));
         m_scenes.push_back(pairs[pair]);

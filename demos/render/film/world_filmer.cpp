@@ -16,7 +16,7 @@ inline namespace CULLET_PRECISION
 namespace
 {
 /// Collects lines without drawing.
-class LineTaker : public btIDebugDraw
+class LineCollector : public btIDebugDraw
 {
 public:
     void drawLine(const btVector3& from, const btVector3& to, const btVector3& color) override
@@ -100,7 +100,7 @@ DrawMesh makeSoftMesh(const btSoftBody& soft)
 
 std::vector<FilmLine> drawnLines(const Broadphase& broadphase, const DebugDrawOptions& options)
 {
-    LineTaker taker;
+    LineCollector taker;
     broadphase.debugDraw(taker, options);
     return std::move(taker.lines);
 }
@@ -130,7 +130,7 @@ void WorldFilmer::meet(const btCollisionObject* object, Meeting meeting)
         m_meetings[found->second] = std::max(m_meetings[found->second], meeting);
 }
 
-void WorldFilmer::meetObjects(const btCollisionWorld& world)
+void WorldFilmer::findContacts(const btCollisionWorld& world)
 {
     std::fill(m_meetings.begin(), m_meetings.end(), kNone);
     const btOverlappingPairCache* cache = world.getBroadphase()->getOverlappingPairCache();
@@ -167,7 +167,7 @@ BodyState WorldFilmer::stateOf(const btCollisionObject& object, std::uint32_t bo
     return m_meetings[body] == kPair ? BodyState::Near : BodyState::Separated;
 }
 
-void WorldFilmer::lookAtSoftBody(const btSoftBody& soft, BodyChange& look)
+void WorldFilmer::filmSoftBody(const btSoftBody& soft, BodyChange& look)
 {
     const BodyChange& before = m_looks[look.body];
     DrawMesh mesh = makeSoftMesh(soft);
@@ -185,7 +185,7 @@ BodyChange WorldFilmer::lookAt(const btCollisionObject& object, std::uint32_t bo
     look.state = stateOf(object, body);
     if (const btSoftBody* const soft = btSoftBody::upcast(&object))
     {
-        lookAtSoftBody(*soft, look);
+        filmSoftBody(*soft, look);
         return look;
     }
     const ShapeMeshes::Look shape = m_meshes.look(*object.getCollisionShape(), m_planeSize);
@@ -204,7 +204,7 @@ void WorldFilmer::see(const BodyChange& look, FilmFrame& frame)
     m_looks[look.body] = look;
 }
 
-void WorldFilmer::lookAtWheels(const btRaycastVehicle& vehicle, FilmFrame& frame)
+void WorldFilmer::filmWheels(const btRaycastVehicle& vehicle, FilmFrame& frame)
 {
     constexpr float kHalfWidth = 0.4f;  // of the radius; Bullet's wheels have no width
     for (int i = 0; i < vehicle.getNumWheels(); ++i)
@@ -220,7 +220,7 @@ void WorldFilmer::lookAtWheels(const btRaycastVehicle& vehicle, FilmFrame& frame
     }
 }
 
-void WorldFilmer::hideWhatIsGone(FilmFrame& frame)
+void WorldFilmer::hideRemovedBodies(FilmFrame& frame)
 {
     for (std::uint32_t body = 0; body < m_film.bodyCount; ++body)
     {
@@ -255,15 +255,15 @@ void WorldFilmer::shoot(const btCollisionWorld& world, double time,
         setPlaneSize(world);
     for (int i = 0; i < objects.size(); ++i)
         numberOf(objects[i]);
-    meetObjects(world);
+    findContacts(world);
 
     FilmFrame frame;
     frame.time = time;
     for (int i = 0; i < objects.size(); ++i)
         see(lookAt(*objects[i], numberOf(objects[i])), frame);
     for (const btRaycastVehicle* vehicle : vehicles)
-        lookAtWheels(*vehicle, frame);
-    hideWhatIsGone(frame);
+        filmWheels(*vehicle, frame);
+    hideRemovedBodies(frame);
     const auto byBody = [](const BodyChange& a, const BodyChange& b) { return a.body < b.body; };
     std::sort(frame.changes.begin(), frame.changes.end(), byBody);
     const auto* const own = dynamic_cast<const Broadphase*>(world.getBroadphase());

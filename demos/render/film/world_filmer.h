@@ -49,13 +49,13 @@ private:
 
     std::uint32_t numberOf(const void* thing);
     void see(const BodyChange& look, FilmFrame& frame);
-    void lookAtWheels(const btRaycastVehicle& vehicle, FilmFrame& frame);
-    void hideWhatIsGone(FilmFrame& frame);
-    void meetObjects(const btCollisionWorld& world);
+    void filmWheels(const btRaycastVehicle& vehicle, FilmFrame& frame);
+    void hideRemovedBodies(FilmFrame& frame);
+    void findContacts(const btCollisionWorld& world);
     void meet(const btCollisionObject* object, Meeting meeting);
     BodyState stateOf(const btCollisionObject& object, std::uint32_t body) const;
     BodyChange lookAt(const btCollisionObject& object, std::uint32_t body);
-    void lookAtSoftBody(const btSoftBody& soft, BodyChange& look);
+    void filmSoftBody(const btSoftBody& soft, BodyChange& look);
     void setPlaneSize(const btCollisionWorld& world);
 
     Film& m_film;

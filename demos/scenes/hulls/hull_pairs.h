@@ -76,7 +76,7 @@ PairScene<S> randomPair(const Hull<S>& hullA, const Hull<S>& hullB, double gap, 
 
 /// Moves B by up to 3 degrees and `step` length units.
 template <class S>
-void moveALittle(PairScene<S>& scene, double step, std::mt19937& engine)
+void perturb(PairScene<S>& scene, double step, std::mt19937& engine)
 {
     std::uniform_real_distribution<double> angle(0.017, 0.05);
     const Eigen::Matrix3d turn = Eigen::AngleAxisd(angle(engine), randomDirection(engine)).toRotationMatrix();

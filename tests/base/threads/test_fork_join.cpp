@@ -153,14 +153,14 @@ TEST(ParallelLoops, RunsAllTasksInOneRegionAndRethrowsExceptions)
                         });
         }
     };
-    workers.together(countAll);
+    workers.runRegion(countAll);
     EXPECT_EQ(owners[0] + owners[1] + owners[2], 350u);
     for (unsigned i = 0; i < counts.size(); ++i)
         ASSERT_EQ(counts[i], i < 14 ? 100u : 50u) << i;
     const auto fail = [&] { workers.run(4, [](unsigned) { throw std::bad_alloc(); }); };
-    EXPECT_THROW(workers.together(fail), std::bad_alloc);
+    EXPECT_THROW(workers.runRegion(fail), std::bad_alloc);
     workers.run(1000, [&](unsigned task) { ++counts[task]; });
-    workers.together(countAll);
+    workers.runRegion(countAll);
     EXPECT_EQ(counts.back(), 101u);
 }
 }  // namespace

@@ -31,7 +31,10 @@ class SharedCrew
 {
 public:
     explicit SharedCrew(unsigned threads)
-        : m_count(threads), m_helpers(ThreadPool::shared()), m_crew(threads), m_call(*m_helpers, m_crew)
+        : m_count(threads),
+          m_threadPool(ThreadPool::shared()),
+          m_forkJoin(threads),
+          m_registration(*m_threadPool, m_forkJoin)
     {
     }
 
@@ -47,22 +50,22 @@ public:
             {
                 // A counted thread may just have left the previous loop.
                 if (thread == 0)
-                    m_call.ask(m_count - 1);
+                    m_registration.requestUpTo(m_count - 1);
                 std::this_thread::yield();
             }
         };
-        m_crew.open();
-        m_crew.run(m_count, waitForAll, [&] { m_call.ask(m_count - 1); });
-        m_crew.close();
-        m_call.end();
+        m_forkJoin.open();
+        m_forkJoin.run(m_count, waitForAll, [&] { m_registration.requestUpTo(m_count - 1); });
+        m_forkJoin.close();
+        m_registration.end();
         return std::chrono::steady_clock::now() < end;
     }
 
 private:
     unsigned m_count;
-    std::shared_ptr<ThreadPool> m_helpers;
-    ForkJoin m_crew;
-    ThreadPool::Call m_call;
+    std::shared_ptr<ThreadPool> m_threadPool;
+    ForkJoin m_forkJoin;
+    ThreadPool::Registration m_registration;
 };
 
 TEST(ThreadPool, BringsAsManyThreadsAsRequested)
@@ -134,12 +137,12 @@ TEST(ThreadPool, LeavesCallerAloneWhenAllSlotsAreTaken)
 {
     const auto threads = ThreadPool::shared();
     std::vector<std::unique_ptr<ForkJoin>> crews;
-    std::vector<std::unique_ptr<ThreadPool::Call>> calls;
-    for (std::size_t crew = 0; crew < ThreadPool::kMostCrews; ++crew)
+    std::vector<std::unique_ptr<ThreadPool::Registration>> calls;
+    for (std::size_t crew = 0; crew < ThreadPool::kMostForkJoins; ++crew)
     {
         crews.push_back(std::make_unique<ForkJoin>(2));
         crews.back()->open();
-        calls.push_back(std::make_unique<ThreadPool::Call>(*threads, *crews.back()));
+        calls.push_back(std::make_unique<ThreadPool::Registration>(*threads, *crews.back()));
     }
     ParallelLoops workers(2);
     unsigned owners = 0;
@@ -160,14 +163,14 @@ TEST(ThreadPool, SendsNoThreadAfterRequestingCallHasEnded)
     for (int loop = 0; loop < 300; ++loop)
     {
         {
-            ThreadPool::Call call(threads, closed);
-            call.ask(1);
+            ThreadPool::Registration call(threads, closed);
+            call.requestUpTo(1);
         }
         ForkJoin crew(2);
         crew.open();
         unsigned owners = 0;
         {
-            ThreadPool::Call call(threads, crew);
+            ThreadPool::Registration call(threads, crew);
             const auto end = std::chrono::steady_clock::now() + std::chrono::microseconds(50);
             const auto dawdle = [&](unsigned, unsigned thread)
             {
@@ -260,7 +263,7 @@ TEST(ParallelLoops, DoesNotWaitForHelperPreemptedBetweenLoops)
             while (count == 2 && !isHeld)
                 std::this_thread::yield();
         };
-        workers.together(meetAndHold);
+        workers.runRegion(meetAndHold);
         unsigned sum = 0;
         workers.run(10, [&](unsigned task) { sum += task; });
         EXPECT_EQ(sum, 45u);
@@ -275,17 +278,17 @@ TEST(ParallelLoops, KeepsShortLoopsOnCallingThread)
     ParallelLoops workers(8);
     std::set<std::thread::id> threads;
     std::set<unsigned> numbers;
-    workers.together(1.9 * ParallelLoops::worth,
-                     [&]
-                     {
-                         EXPECT_EQ(workers.tasksFor(1000000, 1), 1u);
-                         workers.run(100,
-                                     [&](unsigned, unsigned number)
-                                     {
-                                         threads.insert(std::this_thread::get_id());
-                                         numbers.insert(number);
-                                     });
-                     });
+    workers.runRegion(1.9 * ParallelLoops::workPerThread,
+                      [&]
+                      {
+                          EXPECT_EQ(workers.tasksFor(1000000, 1), 1u);
+                          workers.run(100,
+                                      [&](unsigned, unsigned number)
+                                      {
+                                          threads.insert(std::this_thread::get_id());
+                                          numbers.insert(number);
+                                      });
+                      });
     EXPECT_EQ(threads, std::set<std::thread::id>{std::this_thread::get_id()});
     EXPECT_EQ(numbers, std::set<unsigned>{0});
 }
@@ -295,20 +298,20 @@ TEST(ParallelLoops, GivesLoopsAsManyThreadsAsTheirWorkIsWorth)
     ParallelLoops workers(8);
     const auto expectTasks = [&](unsigned tasks) { EXPECT_EQ(workers.tasksFor(1000000, 1), tasks); };
     expectTasks(8);
-    workers.together(5.5 * ParallelLoops::worth,
-                     [&]
-                     {
-                         expectTasks(5);
-                         workers.limit(2 * ParallelLoops::worth);
-                         expectTasks(2);
-                         workers.limit(100 * ParallelLoops::worth);
-                         expectTasks(8);
-                         workers.limit(0);
-                         expectTasks(1);
-                     });
+    workers.runRegion(5.5 * ParallelLoops::workPerThread,
+                      [&]
+                      {
+                          expectTasks(5);
+                          workers.limit(2 * ParallelLoops::workPerThread);
+                          expectTasks(2);
+                          workers.limit(100 * ParallelLoops::workPerThread);
+                          expectTasks(8);
+                          workers.limit(0);
+                          expectTasks(1);
+                      });
     expectTasks(8);
     const auto fail = [] { throw std::bad_alloc(); };
-    EXPECT_THROW(workers.together(0.0, fail), std::bad_alloc);
+    EXPECT_THROW(workers.runRegion(0.0, fail), std::bad_alloc);
     expectTasks(8);
 }
 

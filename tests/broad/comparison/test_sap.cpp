@@ -33,7 +33,7 @@ const std::vector<Aabb> kSlide = {kEmptyAabb,
                                   {{3, 0, 0}, {5, 4, 1}},
                                   {{6, 3, 0}, {7, 7, 1}}};
 
-LimitList listOf(int axis, const std::vector<Aabb>& boxes)
+EndpointList listOf(int axis, const std::vector<Aabb>& boxes)
 {
     std::vector<std::uint32_t> rows;
     for (std::uint32_t row = 0; row < boxes.size(); ++row)
@@ -41,19 +41,19 @@ LimitList listOf(int axis, const std::vector<Aabb>& boxes)
         if (isValid(boxes[row]))
             rows.push_back(row);
     }
-    LimitList list(axis);
+    EndpointList list(axis);
     list.insert(rows, boxes);
     return list;
 }
 
 /// Pairs that the sweep of the slides reports, and the sets of open intervals during it.
-Rows sweep(const LimitList& list, std::vector<std::vector<std::uint32_t>>* sets = nullptr)
+Rows sweep(const EndpointList& list, std::vector<std::vector<std::uint32_t>>* sets = nullptr)
 {
     Rows pairs;
     std::vector<std::uint32_t> open;
-    for (const LimitList::Limit& limit : list.limits())
+    for (const EndpointList::Endpoint& limit : list.endpoints())
     {
-        if (limit.side() == LimitSide::End)
+        if (limit.side() == EndpointSide::End)
         {
             open.erase(std::find(open.begin(), open.end(), limit.row()));
         }
@@ -83,61 +83,65 @@ Rows overlapsAlong(int axis, const std::vector<Aabb>& boxes)
     return pairs;
 }
 
-TEST(LimitEvent, DistinguishesEightCasesOfPassingLimits)
+TEST(EndpointEvent, DistinguishesEightCasesOfPassingLimits)
 {
-    constexpr LimitSide kStart = LimitSide::Start;
-    constexpr LimitSide kEnd = LimitSide::End;
+    constexpr EndpointSide kStart = EndpointSide::Start;
+    constexpr EndpointSide kEnd = EndpointSide::End;
     struct Case
     {
-        LimitSide moving;
+        EndpointSide moving;
         bool movesRight;
-        LimitSide passed;
-        LimitEvent event;
+        EndpointSide passed;
+        EndpointEvent event;
     };
     const Case cases[] = {
-        {kStart, true, kStart, LimitEvent::Nothing},     {kStart, true, kEnd, LimitEvent::OverlapEnds},
-        {kStart, false, kStart, LimitEvent::Nothing},    {kStart, false, kEnd, LimitEvent::OverlapBegins},
-        {kEnd, true, kStart, LimitEvent::OverlapBegins}, {kEnd, true, kEnd, LimitEvent::Nothing},
-        {kEnd, false, kStart, LimitEvent::OverlapEnds},  {kEnd, false, kEnd, LimitEvent::Nothing},
+        {kStart, true, kStart, EndpointEvent::Nothing},
+        {kStart, true, kEnd, EndpointEvent::OverlapEnds},
+        {kStart, false, kStart, EndpointEvent::Nothing},
+        {kStart, false, kEnd, EndpointEvent::OverlapBegins},
+        {kEnd, true, kStart, EndpointEvent::OverlapBegins},
+        {kEnd, true, kEnd, EndpointEvent::Nothing},
+        {kEnd, false, kStart, EndpointEvent::OverlapEnds},
+        {kEnd, false, kEnd, EndpointEvent::Nothing},
     };
     for (const Case& entry : cases)
     {
-        EXPECT_EQ(limitEvent(entry.moving, entry.movesRight, entry.passed), entry.event)
+        EXPECT_EQ(endpointEvent(entry.moving, entry.movesRight, entry.passed), entry.event)
             << static_cast<int>(entry.moving) << entry.movesRight << static_cast<int>(entry.passed);
     }
 }
 
-TEST(LimitList, ReportsOverlapEventsOfAllEightCasesWhenBoxMoves)
+TEST(EndpointList, ReportsOverlapEventsOfAllEightCasesWhenBoxMoves)
 {
     // Box 0 stays at [4, 6]; box 1 moves so that one of its limits passes a limit of box 0.
     struct Move
     {
         float beforeStart, beforeEnd, afterStart, afterEnd;
         std::uint64_t swaps;
-        std::vector<LimitEvent> events;
+        std::vector<EndpointEvent> events;
     };
     const Move moves[] = {
-        {3, 7, 5, 7, 1, {}},                           // start right over start
-        {5, 8, 7, 8, 1, {LimitEvent::OverlapEnds}},    // start right over end
-        {5, 7, 3, 7, 1, {}},                           // start left over start
-        {7, 8, 5, 8, 1, {LimitEvent::OverlapBegins}},  // start left over end
-        {1, 2, 1, 5, 1, {LimitEvent::OverlapBegins}},  // end right over start
-        {1, 5, 1, 7, 1, {}},                           // end right over end
-        {1, 5, 1, 3, 1, {LimitEvent::OverlapEnds}},    // end left over start
-        {1, 7, 1, 5, 1, {}},                           // end left over end
-        {1, 2, 1, 4, 1, {LimitEvent::OverlapBegins}},  // they touch
-        {6, 8, 5, 8, 0, {}},                           // they touched already
-        {1, 5, 5, 9, 2, {}},                           // start over start, end over end
-        {1, 5, 8, 9, 3, {LimitEvent::OverlapEnds}},    // through it; the end goes first
-        {1, 2, 8, 9, 4, {LimitEvent::OverlapBegins, LimitEvent::OverlapEnds}},
+        {3, 7, 5, 7, 1, {}},                              // start right over start
+        {5, 8, 7, 8, 1, {EndpointEvent::OverlapEnds}},    // start right over end
+        {5, 7, 3, 7, 1, {}},                              // start left over start
+        {7, 8, 5, 8, 1, {EndpointEvent::OverlapBegins}},  // start left over end
+        {1, 2, 1, 5, 1, {EndpointEvent::OverlapBegins}},  // end right over start
+        {1, 5, 1, 7, 1, {}},                              // end right over end
+        {1, 5, 1, 3, 1, {EndpointEvent::OverlapEnds}},    // end left over start
+        {1, 7, 1, 5, 1, {}},                              // end left over end
+        {1, 2, 1, 4, 1, {EndpointEvent::OverlapBegins}},  // they touch
+        {6, 8, 5, 8, 0, {}},                              // they touched already
+        {1, 5, 5, 9, 2, {}},                              // start over start, end over end
+        {1, 5, 8, 9, 3, {EndpointEvent::OverlapEnds}},    // through it; the end goes first
+        {1, 2, 8, 9, 4, {EndpointEvent::OverlapBegins, EndpointEvent::OverlapEnds}},
     };
     for (const Move& move : moves)
     {
         std::vector<Aabb> boxes = {cube(4, 6), cube(move.beforeStart, move.beforeEnd)};
-        LimitList list = listOf(0, boxes);
-        std::vector<LimitEvent> events;
+        EndpointList list = listOf(0, boxes);
+        std::vector<EndpointEvent> events;
         list.move(1, cube(move.afterStart, move.afterEnd),
-                  [&](std::uint32_t other, LimitEvent event)
+                  [&](std::uint32_t other, EndpointEvent event)
                   {
                       EXPECT_EQ(other, 0u);
                       events.push_back(event);
@@ -147,7 +151,7 @@ TEST(LimitList, ReportsOverlapEventsOfAllEightCasesWhenBoxMoves)
     }
 }
 
-TEST(LimitList, KeepsOrderAndReportsExactChangesUnderRandomMoves)
+TEST(EndpointList, KeepsOrderAndReportsExactChangesUnderRandomMoves)
 {
     SCOPED_TRACE("seed 1");
     Random random(1);
@@ -160,7 +164,7 @@ TEST(LimitList, KeepsOrderAndReportsExactChangesUnderRandomMoves)
     };
     for (int i = 0; i < 40; ++i)
         boxes.push_back(randomInterval());
-    LimitList list = listOf(1, boxes);
+    EndpointList list = listOf(1, boxes);
     Rows pairs = overlapsAlong(1, boxes);
     std::uint64_t begins = 0, ends = 0;
     for (int step = 0; step < 5000; ++step)
@@ -168,28 +172,28 @@ TEST(LimitList, KeepsOrderAndReportsExactChangesUnderRandomMoves)
         const std::uint32_t row = random.below(40);
         boxes[row] = randomInterval();
         list.move(row, boxes[row],
-                  [&](std::uint32_t other, LimitEvent event)
+                  [&](std::uint32_t other, EndpointEvent event)
                   {
                       const auto pair = std::minmax(row, other);
-                      if (event == LimitEvent::OverlapBegins)
+                      if (event == EndpointEvent::OverlapBegins)
                           begins += pairs.insert(pair).second ? 1 : 0;
                       else
                           ends += pairs.erase(pair);
                   });
         ASSERT_EQ(pairs, overlapsAlong(1, boxes)) << "step " << step;
-        ASSERT_TRUE(std::is_sorted(list.limits().begin(), list.limits().end(),
+        ASSERT_TRUE(std::is_sorted(list.endpoints().begin(), list.endpoints().end(),
                                    [](const auto& a, const auto& b) { return a.precedes(b); }));
     }
     EXPECT_GT(begins, 10000u);
     EXPECT_GT(ends, 10000u);
 }
 
-TEST(LimitList, KeepsOrderWhenBatchesOfBoxesAreInsertedAndRemoved)
+TEST(EndpointList, KeepsOrderWhenBatchesOfBoxesAreInsertedAndRemoved)
 {
     SCOPED_TRACE("seed 2");
     Random random(2);
     std::vector<Aabb> boxes(200, kEmptyAabb);
-    LimitList list(2);
+    EndpointList list(2);
     for (int round = 0; round < 50; ++round)
     {
         std::vector<std::uint8_t> isLeaving(boxes.size(), 0);
@@ -214,16 +218,16 @@ TEST(LimitList, KeepsOrderWhenBatchesOfBoxesAreInsertedAndRemoved)
         list.insert(coming, boxes);
         const auto count =
             std::count_if(boxes.begin(), boxes.end(), [](const Aabb& box) { return isValid(box); });
-        ASSERT_EQ(list.limits().size(), 2 * static_cast<std::size_t>(count));
+        ASSERT_EQ(list.endpoints().size(), 2 * static_cast<std::size_t>(count));
         ASSERT_EQ(sweep(list), overlapsAlong(2, boxes)) << "round " << round;
     }
     EXPECT_EQ(list.swapsTotal(), 0u);
 }
 
-TEST(LimitList, GivesPairsAndOpenSetsOfSlidesWhenSwept)
+TEST(EndpointList, GivesPairsAndOpenSetsOfSlidesWhenSwept)
 {
-    const LimitList x = listOf(0, kSlide);
-    const LimitList y = listOf(1, kSlide);
+    const EndpointList x = listOf(0, kSlide);
+    const EndpointList y = listOf(1, kSlide);
     std::vector<std::vector<std::uint32_t>> setsX, setsY;
     const Rows pairsX = sweep(x, &setsX);
     const Rows pairsY = sweep(y, &setsY);
@@ -239,14 +243,14 @@ TEST(LimitList, GivesPairsAndOpenSetsOfSlidesWhenSwept)
     EXPECT_EQ(both, (Rows{{1, 4}}));
 }
 
-TEST(LimitList, ReportsOverlapWhenEndOfObjectFivePassesStartOfObjectTwo)
+TEST(EndpointList, ReportsOverlapWhenEndOfObjectFivePassesStartOfObjectTwo)
 {
-    LimitList x = listOf(0, kSlide);
+    EndpointList x = listOf(0, kSlide);
     Rows begun;
     x.move(5, translated(kSlide[5], 1.5f, 0, 0),
-           [&](std::uint32_t other, LimitEvent event)
+           [&](std::uint32_t other, EndpointEvent event)
            {
-               EXPECT_EQ(event, LimitEvent::OverlapBegins);
+               EXPECT_EQ(event, EndpointEvent::OverlapBegins);
                begun.insert(std::minmax(5u, other));
            });
     EXPECT_EQ(begun, (Rows{{2, 5}}));

@@ -20,7 +20,7 @@ namespace cullet::test
 {
 namespace
 {
-using Hit = std::tuple<FlaggedId, FlaggedId, float>;
+using Hit = std::tuple<TaggedRow, TaggedRow, float>;
 using Hits = std::vector<Hit>;
 
 /// Receives the pairs that a kernel finds, in parts when its buffer is full.
@@ -29,10 +29,10 @@ struct Collector
     Hits hits;
     PairBuffer buffer;
 
-    explicit Collector(float near, float deep)
+    explicit Collector(float maxGap, float minGap)
     {
-        buffer.near = near;
-        buffer.deep = deep;
+        buffer.maxGap = maxGap;
+        buffer.minGap = minGap;
         buffer.context = this;
         buffer.flush = [](void* context, const PairBuffer& found)
         {
@@ -41,21 +41,21 @@ struct Collector
         };
     }
 
-    void add(FlaggedId a, FlaggedId b, float gap) { hits.emplace_back(std::min(a, b), std::max(a, b), gap); }
+    void add(TaggedRow a, TaggedRow b, float gap) { hits.emplace_back(std::min(a, b), std::max(a, b), gap); }
 
     Hits take()
     {
-        buffer.handOn();
+        buffer.deliver();
         std::sort(hits.begin(), hits.end());
         return std::move(hits);
     }
 };
 
 /// A column of random boxes, laid out by one set of kernels.
-struct RandomRow
+struct RandomColumn
 {
-    RandomRow(const ColumnKernels& kernels, Random& random, std::uint32_t firstId, std::uint32_t count,
-              bool isBounded, std::uint32_t sortedCount = 0)
+    RandomColumn(const ColumnKernels& kernels, Random& random, std::uint32_t firstId, std::uint32_t count,
+                 bool isBounded, std::uint32_t sortedCount = 0)
     {
         std::vector<Aabb> boxes(firstId);
         for (std::uint32_t i = 0; i < count; ++i)
@@ -64,22 +64,22 @@ struct RandomRow
                                   random.chance(0.1f) ? 4.0f : 0.75f));
             if (random.chance(0.02f))
                 boxes.back().max[0] = kInfinity;
-            ids.push_back((firstId + i) | flagged(0, random.chance(0.5f), random.chance(0.5f)));
+            proxyRows.push_back((firstId + i) | tagRow(0, random.chance(0.5f), random.chance(0.5f)));
         }
-        ids.resize(count + 4);
+        proxyRows.resize(count + 4);
         pool.resize(count + 8);
-        soa = pool.row(0, ids.data(), count, isBounded);
+        soa = pool.column(0, proxyRows.data(), count, isBounded);
         ColumnBuilder().build(
-            kernels, {ids.data(), count, sortedCount, boxes.data(), 0, -30, 30, 0.125f, nullptr}, soa);
+            kernels, {proxyRows.data(), count, sortedCount, boxes.data(), 0, -30, 30, 0.125f, nullptr}, soa);
         for (std::uint32_t i = 0; isBounded && i < count; ++i)
-            soa.bounds[i] = static_cast<float>(soa.id[i] % 7) * 0.05f;
+            soa.bounds[i] = static_cast<float>(soa.proxyRow[i] % 7) * 0.05f;
         // Entries behind the sentinel may have any value.
         for (std::uint32_t i = count + 1; i < count + 8; ++i)
             soa.x0[i] = soa.y0[i] = soa.z0[i] = -100.0f;
     }
 
-    std::vector<FlaggedId> ids;
-    RowPool pool;
+    std::vector<TaggedRow> proxyRows;
+    ColumnPool pool;
     ColumnSoa soa;
 };
 
@@ -94,16 +94,16 @@ void addIfFound(const ColumnSoa& a, std::uint32_t i, const ColumnSoa& b, std::ui
 {
     const float gap = gapOf(a, i, b, j);
     const bool isNear = a.bounds != nullptr ? std::abs(gap) <= a.bounds[i] + b.bounds[j]
-                                            : gap <= out.buffer.near && !(gap <= out.buffer.deep);
-    if (isNear && (a.id[i] | b.id[j]) >= kOwnsPair)
-        out.add(a.id[i], b.id[j], gap);
+                                            : gap <= out.buffer.maxGap && !(gap <= out.buffer.minGap);
+    if (isNear && (a.proxyRow[i] | b.proxyRow[j]) >= kOwnsPair)
+        out.add(a.proxyRow[i], b.proxyRow[j], gap);
 }
 
 struct KernelCase
 {
     const char* name;
-    float near;
-    float deep;
+    float maxGap;
+    float minGap;
     bool isBounded;
 };
 
@@ -122,12 +122,12 @@ TEST_P(ColumnKernelSets, FindPairsOfDefinitionWithEveryWidth)
         for (const std::uint32_t count : kCounts)
         {
             SCOPED_TRACE(count);
-            const RandomRow a(*kernels, random, 0, count, GetParam().isBounded);
-            const RandomRow b(*kernels, random, count, count / 2 + 1, GetParam().isBounded);
+            const RandomColumn a(*kernels, random, 0, count, GetParam().isBounded);
+            const RandomColumn b(*kernels, random, count, count / 2 + 1, GetParam().isBounded);
             ASSERT_EQ(a.soa.count, count);
             ASSERT_TRUE(std::is_sorted(a.soa.x0, a.soa.x0 + count));
-            Collector expected(GetParam().near, GetParam().deep);
-            Collector found(GetParam().near, GetParam().deep);
+            Collector expected(GetParam().maxGap, GetParam().minGap);
+            Collector found(GetParam().maxGap, GetParam().minGap);
             for (std::uint32_t i = 0; i < count; ++i)
             {
                 for (std::uint32_t j = i + 1; j < count; ++j)
@@ -146,9 +146,9 @@ TEST_P(ColumnKernelSets, FindPairsOfDefinitionWithEveryWidth)
 }
 
 INSTANTIATE_TEST_SUITE_P(All, ColumnKernelSets,
-                         testing::Values(KernelCase{"Overlapping", 0, kReportAll, false},
+                         testing::Values(KernelCase{"Overlapping", 0, kNoMinGap, false},
                                          KernelCase{"NearTouching", 0.25f, -0.25f, false},
-                                         KernelCase{"Bounded", 0.6f, kReportAll, true}),
+                                         KernelCase{"Bounded", 0.6f, kNoMinGap, true}),
                          [](const auto& test) { return test.param.name; });
 
 TEST(ColumnKernelSets, FindOverlapsOfOneBoxFromGivenEntryOn)
@@ -158,14 +158,14 @@ TEST(ColumnKernelSets, FindOverlapsOfOneBoxFromGivenEntryOn)
     {
         SCOPED_TRACE(kernels->name);
         Random random(32);
-        const RandomRow row(*kernels, random, 0, 300, false);
-        const RandomRow queries(*kernels, random, 300, 40, false);
+        const RandomColumn row(*kernels, random, 0, 300, false);
+        const RandomColumn queries(*kernels, random, 300, 40, false);
         for (std::uint32_t i = 0; i < queries.soa.count; ++i)
         {
             // The sentinel is no entry: queries end before infinity.
             queries.soa.x1[i] = std::min(queries.soa.x1[i], std::numeric_limits<float>::max());
-            Collector expected(0, kReportAll);
-            Collector found(0, kReportAll);
+            Collector expected(0, kNoMinGap);
+            Collector found(0, kNoMinGap);
             for (std::uint32_t j = i; j < row.soa.count; ++j)
                 addIfFound(queries.soa, i, row.soa, j, expected);
             kernels->scanOne(queries.soa, i, row.soa, i, found.buffer);
@@ -180,13 +180,13 @@ TEST(ColumnKernelSets, FindOverlapsOfOneBoxFromGivenEntryOn)
 struct Motions
 {
     std::vector<std::uint32_t> octaves = std::vector<std::uint32_t>(256);
-    std::vector<std::uint32_t> strays;
+    std::vector<std::uint32_t> migrated;
     std::vector<std::uint32_t> motions;  // as bits
     float largest = 0;
 
     bool operator==(const Motions& other) const
     {
-        return octaves == other.octaves && strays == other.strays && motions == other.motions &&
+        return octaves == other.octaves && migrated == other.migrated && motions == other.motions &&
                largest == other.largest;
     }
 };
@@ -214,12 +214,12 @@ Motions motionsBy(const ColumnKernels& kernels, int sweepAxis, const std::vector
     for (std::uint32_t row = 0; row < now.size(); row += 1 + row % 2)
         rows.push_back(row);
     Motions result;
-    result.strays.resize(rows.size());
+    result.migrated.resize(rows.size());
     std::vector<float> motions(now.size());
-    MotionSums sums = {result.octaves.data(), result.strays.data()};
+    MotionSums sums = {result.octaves.data(), result.migrated.data()};
     kernels.compareBoxes({now.data(), then.data(), sweepAxis, 0.0625f, 0.5f, 2.0f, motions.data()},
                          rows.data(), static_cast<std::uint32_t>(rows.size()), sums);
-    result.strays.resize(sums.strayCount);
+    result.migrated.resize(sums.migratedCount);
     result.largest = sums.largest;
     result.motions.resize(motions.size());
     std::memcpy(result.motions.data(), motions.data(), motions.size() * sizeof(float));
@@ -241,9 +241,9 @@ TEST(ColumnKernelSets, ReportSameMotionsWithEveryWidth)
     }
     for (int axis = 0; axis < 3; ++axis)
     {
-        const Motions expected = motionsBy(kRowKernelsBaseline, axis, now, then);
-        EXPECT_GT(expected.strays.size(), 500u);
-        EXPECT_LT(expected.strays.size(), 2500u);
+        const Motions expected = motionsBy(kColumnKernelsBaseline, axis, now, then);
+        EXPECT_GT(expected.migrated.size(), 500u);
+        EXPECT_LT(expected.migrated.size(), 2500u);
         EXPECT_GT(expected.largest, 0.9f);
         EXPECT_GT(expected.octaves[255], 100u);
         for (const ColumnKernels* kernels : kernelsHere())
@@ -262,26 +262,27 @@ TEST(ColumnKernelSets, LocateBoxesInSameCellsWithEveryWidth)
     using Cells = std::vector<std::int32_t>;
     const auto locatedBy = [&](const ColumnKernels& kernels, int axis)
     {
-        std::vector<Located> block(boxes.size());
-        std::vector<std::uint32_t> odd(boxes.size());
-        const LocatedCounts counts = kernels.locateBoxes(
-            {boxes.data(), nullptr, axis, 0.125f, 0.0625f, 0.5f, 1e9f, 8}, 0, 2001, block.data(), odd.data());
-        EXPECT_EQ(counts.plain + counts.odd, boxes.size());
-        Cells all(odd.begin(), odd.begin() + counts.odd);
+        std::vector<LocatedBox> block(boxes.size());
+        std::vector<std::uint32_t> outliers(boxes.size());
+        const LocatedCounts counts =
+            kernels.locateBoxes({boxes.data(), nullptr, axis, 0.125f, 0.0625f, 0.5f, 1e9f, 8}, 0, 2001,
+                                block.data(), outliers.data());
+        EXPECT_EQ(counts.plain + counts.outliers, boxes.size());
+        Cells all(outliers.begin(), outliers.begin() + counts.outliers);
         for (std::uint32_t i = 0; i < counts.plain; ++i)
         {
-            const TileRange& cells = block[i].cells;
-            all.insert(all.end(),
-                       {static_cast<std::int32_t>(block[i].id), cells.j0, cells.j1, cells.k0, cells.k1});
+            const CellRect& cells = block[i].cells;
+            all.insert(all.end(), {static_cast<std::int32_t>(block[i].proxyRow), cells.j0, cells.j1, cells.k0,
+                                   cells.k1});
         }
         EXPECT_GT(counts.plain, 1000u);
-        EXPECT_GT(counts.odd, 200u);
-        EXPECT_LT(counts.odd, 800u);
+        EXPECT_GT(counts.outliers, 200u);
+        EXPECT_LT(counts.outliers, 800u);
         return all;
     };
     for (int axis = 0; axis < 3; ++axis)
     {
-        const Cells expected = locatedBy(kRowKernelsBaseline, axis);
+        const Cells expected = locatedBy(kColumnKernelsBaseline, axis);
         for (const ColumnKernels* kernels : kernelsHere())
             EXPECT_EQ(locatedBy(*kernels, axis), expected) << kernels->name << ", axis " << axis;
     }

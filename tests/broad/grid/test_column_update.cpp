@@ -298,7 +298,7 @@ TEST(GridDecision, TakesCheaperPathAndReportsReason)
 
 /// Number of updates in resting mode out of 30, in each of which a twentieth of the boxes moves: the same or the next
 /// one.
-int settledUpdatesOf(bool isFresh)
+int restingUpdatesOf(bool isFresh)
 {
     constexpr std::uint32_t kCount = 5000;
     constexpr std::uint32_t kShares = 20;
@@ -323,8 +323,8 @@ int settledUpdatesOf(bool isFresh)
 
 TEST(GridDecision, EntersRestingModeOnlyWhenSameBoxesKeepMoving)
 {
-    EXPECT_GT(settledUpdatesOf(false), 24);
-    EXPECT_EQ(settledUpdatesOf(true), 0);
+    EXPECT_GT(restingUpdatesOf(false), 24);
+    EXPECT_EQ(restingUpdatesOf(true), 0);
 }
 
 TEST(GridDecision, ChoosesPlanNoDearerThanItsAlternatives)

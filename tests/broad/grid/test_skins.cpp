@@ -56,12 +56,12 @@ TEST(RestingMode, FindsBoxesOutsideTheirSkinsWithEveryKernelSet)
             std::vector<std::uint32_t> expected;
             for (std::uint32_t row = begin; row < kCount; ++row)
             {
-                if (!isInsideShell(boxes[row], reference[row], kSlack))
+                if (!isInsideSkin(boxes[row], reference[row], kSlack))
                     expected.push_back(row);
             }
             std::vector<std::uint32_t> outside(kCount);
-            outside.resize(kernels->findOutside({boxes.data(), reference.data(), kSlack}, begin, kCount,
-                                                outside.data()));
+            outside.resize(kernels->findBoxesOutsideSkin({boxes.data(), reference.data(), kSlack}, begin,
+                                                         kCount, outside.data()));
             EXPECT_EQ(outside, expected) << kernels->name;
             EXPECT_TRUE(begin != 0 || (expected.size() > 100 && expected.size() < 400));
         }
@@ -79,22 +79,22 @@ TEST(RestingMode, FindsEveryListedPairThatChangesWithEveryKernelSet)
     boxes[7] = kEmptyAabb;
     boxes[8].max[1] = kInfinity;
     VerletPairs pairs;
-    pairs.add({0, 1}, State::Sure);
+    pairs.add({0, 1}, State::Persistent);
     for (int i = 0; i < 4000; ++i)
     {
-        constexpr State kStates[] = {State::Held, State::Open, State::Gone};
+        constexpr State kStates[] = {State::Overlapping, State::Candidate, State::Expired};
         pairs.add({random.below(300), random.below(300)}, kStates[random.below(3)]);
     }
     const auto changes = [&](std::uint32_t index)
     {
         const Aabb& a = boxes[pairs.pair(index).a];
         const Aabb& b = boxes[pairs.pair(index).b];
-        return (pairs.state(index) == State::Open && overlaps(a, b)) ||
-               (pairs.state(index) == State::Held && !overlapsWithMargin(a, b, kMargin));
+        return (pairs.state(index) == State::Candidate && overlaps(a, b)) ||
+               (pairs.state(index) == State::Overlapping && !overlapsWithMargin(a, b, kMargin));
     };
     const auto end = static_cast<std::uint32_t>(pairs.size());
     std::vector<std::uint32_t> expected;
-    for (auto i = static_cast<std::uint32_t>(pairs.firstWatched()); i < end; ++i)
+    for (auto i = static_cast<std::uint32_t>(pairs.firstChangeable()); i < end; ++i)
     {
         if (changes(i))
             expected.push_back(i);
@@ -103,11 +103,11 @@ TEST(RestingMode, FindsEveryListedPairThatChangesWithEveryKernelSet)
     EXPECT_LT(expected.size(), 3000u);
     for (const ColumnKernels* kernels : kernelsHere())
     {
-        std::vector<std::uint32_t> stirred(end);
-        stirred.resize(kernels->findStirred(pairs.watchSource(boxes.data(), kMargin),
-                                            static_cast<std::uint32_t>(pairs.firstWatched()), end,
-                                            stirred.data()));
-        EXPECT_EQ(stirred, expected) << kernels->name;
+        std::vector<std::uint32_t> changed(end);
+        changed.resize(kernels->findChangedPairs(pairs.pairStateSource(boxes.data(), kMargin),
+                                                 static_cast<std::uint32_t>(pairs.firstChangeable()), end,
+                                                 changed.data()));
+        EXPECT_EQ(changed, expected) << kernels->name;
     }
 }
 

@@ -25,10 +25,10 @@ public:
     bool hasSpareLanes() const { return true; }
 
     template <std::uint32_t kSharers, class Step>
-    void forEachDealt(std::uint64_t bins, const Step& step, const psap::PairList& list)
+    void forEachBinSlot(std::uint64_t bins, const Step& step, const psap::PairList& list)
     {
         ++searchesOfBins;
-        HostExec::forEachDealt<kSharers>(bins, step, list);
+        HostExec::forEachBinSlot<kSharers>(bins, step, list);
     }
 
     template <class Step>
@@ -60,11 +60,11 @@ public:
     /// @return all pairs in order, by the counting-sort search if a bin or a tile was full
     Pairs find(const std::vector<Aabb>& boxes, std::uint64_t expectedPairs = 0)
     {
-        m_search.look(exec);
+        m_search.poll(exec);
         m_search.build(exec, {boxes.data(), boxes.size(), &m_count, expectedPairs});
         emit();
-        m_search.planAhead(exec);
-        m_wasFull = m_count == psap::kSpilled;
+        m_search.advanceNextPlan(exec);
+        m_wasFull = m_count == psap::kOverflowed;
         if (m_wasFull)
         {
             m_search.buildByCounting(exec, boxes.data());
@@ -77,7 +77,7 @@ public:
     /// Whether find() with these arguments would repeat the launches of the last one.
     bool isRepeatable(const std::vector<Aabb>& boxes, std::uint64_t expectedPairs)
     {
-        m_search.look(exec);
+        m_search.poll(exec);
         return m_search.isRepeatable(exec, {boxes.data(), boxes.size(), &m_count, expectedPairs});
     }
     std::uint32_t launches() const { return m_search.launches(); }

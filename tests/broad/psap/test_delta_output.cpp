@@ -24,7 +24,7 @@ using psap::DeltaOutput;
 using psap::LookupTable;
 using psap::OrderBucket;
 using psap::RankChange;
-using psap::Tally;
+using psap::UpdateCounters;
 
 /// HostExec that counts its sorts and transfers.
 class WatchedExec : public psap::HostExec
@@ -51,7 +51,7 @@ public:
         return HostExec::mappedForWriting(list, count);
     }
     template <class T>
-    bool canReach(const T*, std::uint64_t) const
+    bool canAccessDirectly(const T*, std::uint64_t) const
     {
         return canLock;
     }
@@ -68,7 +68,7 @@ class DeltaOutputs : public ::testing::Test
 protected:
     explicit DeltaOutputs(std::uint32_t rows = 20000, std::uint32_t firstId = 1,
                           std::uint64_t expected = 17000)
-        : m_ids(rows), m_names(expected)
+        : m_ids(rows), m_output(expected)
     {
         std::iota(m_ids.begin(), m_ids.end(), firstId);
         std::shuffle(m_ids.begin(), m_ids.end(), m_random);
@@ -108,7 +108,7 @@ protected:
         counters.lists.kept = 1;
         const std::uint32_t sides = 77;
         std::vector<std::uint64_t> slots(64, 5);
-        Tally next{};
+        UpdateCounters next{};
         next.counters.lists.removed = next.motion = 3;
         m_held.assign(room, RowPair{0, 0});
         std::vector<float> depths(room, 7.0f);
@@ -125,11 +125,11 @@ protected:
                                    &next};
         PairDelta& delta = m_delta;
         m_exec.sorts = m_exec.scans = m_exec.lists = 0;
-        m_names.enqueue(m_exec, lists, largest, delta);
-        EXPECT_EQ(m_names.counters().lists.added, added.size());
-        EXPECT_EQ(m_names.counters().side, sides);
+        m_output.enqueue(m_exec, lists, largest, delta);
+        EXPECT_EQ(m_output.counters().lists.added, added.size());
+        EXPECT_EQ(m_output.counters().unboundedCount, sides);
         EXPECT_EQ(next.counters.lists.removed + next.motion, 0u);
-        m_names.take(m_exec, lists, largest, false, delta);
+        m_output.take(m_exec, lists, largest, false, delta);
         EXPECT_EQ(delta.added, named(added));
         EXPECT_EQ(delta.removed, named(removed));
         EXPECT_EQ(slots, std::vector<std::uint64_t>(64, LookupTable::kFree));
@@ -151,7 +151,7 @@ protected:
     /// Whether the last call sorted by comparing all changes with each other.
     bool wereRanked() const { return m_exec.sorts == 0 && m_exec.scans == 0; }
 
-    void recover() { m_names.recover(); }
+    void recover() { m_output.recover(); }
 
     std::uint32_t lesserId(RowPair pair) const { return std::min(m_ids[pair.a], m_ids[pair.b]); }
 
@@ -170,7 +170,7 @@ private:
     WatchedExec m_exec{PsapOptions{}};
     std::vector<RowPair> m_held;
     PairDelta m_delta;
-    DeltaOutput<WatchedExec> m_names;
+    DeltaOutput<WatchedExec> m_output;
 };
 
 /// Fixture in which few changes are expected.

@@ -26,11 +26,11 @@ public:
         m_boxes = boxes;
         m_search.prepare(m_exec, m_boxes.data(), m_boxes.size());
         m_search.launch(m_exec);
-        m_search.planAhead(m_exec);
+        m_search.advanceNextPlan(m_exec);
         // The caller reuses the memory immediately.
         m_boxes.assign(m_boxes.size(), cube(0, 1));
         m_repeats += m_search.finish(m_exec) ? 0 : 1;
-        ++m_frames[static_cast<int>(m_search.frame())];
+        ++m_frames[static_cast<int>(m_search.mode())];
         const DeltaCounts counts = m_search.counts();
         return {{m_search.kept(), m_search.kept() + counts.kept},
                 {m_search.added(), m_search.added() + counts.added},
@@ -40,7 +40,7 @@ public:
     void recover(const PsapOptions& options) { m_search.recover(options); }
     std::uint64_t bytes() const { return m_exec.bytes(); }
     int repeats() const { return m_repeats; }
-    int frames(psap::NearFrame frame) const { return m_frames[static_cast<int>(frame)]; }
+    int frames(psap::NeighbourMode mode) const { return m_frames[static_cast<int>(mode)]; }
 
 private:
     psap::HostExec m_exec;
@@ -119,10 +119,10 @@ TEST(PsapDeltas, ReportMissingPairsWhenNeighbourListIsTooShort)
         search.prepare(exec, boxes.data(), boxes.size());
         search.launch(exec);
         exec.wait();
-        const DeltaCounts before = *search.countsThere();
+        const DeltaCounts before = *search.deviceCounts();
         const std::uint64_t room = search.addedRoom();
-        const bool isBegun = search.frame() == psap::NearFrame::Begin;
-        search.planAhead(exec);
+        const bool isBegun = search.mode() == psap::NeighbourMode::Begin;
+        search.advanceNextPlan(exec);
         const bool wasComplete = search.finish(exec);
         begun += isBegun ? 1 : 0;
         tooShort += isBegun && !wasComplete ? 1 : 0;
@@ -184,8 +184,8 @@ TEST(PsapDeltas, NeedFewSearchesWhenBoxesMoveShortDistances)
                 oracle.expect(boxes, deltas(boxes));
             EXPECT_GT(oracle.added(), 1000u);
             EXPECT_GT(oracle.removed(), 500u);
-            EXPECT_GT(deltas.frames(psap::NearFrame::Begin), 8);
-            EXPECT_GT(deltas.frames(psap::NearFrame::Follow), 30);
+            EXPECT_GT(deltas.frames(psap::NeighbourMode::Begin), 8);
+            EXPECT_GT(deltas.frames(psap::NeighbourMode::Follow), 30);
             EXPECT_GE(deltas.repeats(), 5);  // one for each box that changed its velocity
         }
     }
@@ -222,10 +222,10 @@ TEST(PsapDeltas, FallBackToSearchWhenBoxesMoveFar)
         ofNever.expect(boxes, never(boxes));
     }
     EXPECT_GT(ofNever.added(), 2000u);
-    EXPECT_EQ(automatic.frames(psap::NearFrame::Search), 70);
-    EXPECT_EQ(never.frames(psap::NearFrame::Search), 70);
+    EXPECT_EQ(automatic.frames(psap::NeighbourMode::Search), 70);
+    EXPECT_EQ(never.frames(psap::NeighbourMode::Search), 70);
     // Each list becomes invalid at once.
-    EXPECT_GT(always.frames(psap::NearFrame::Begin), 50);
+    EXPECT_GT(always.frames(psap::NeighbourMode::Begin), 50);
     EXPECT_GT(always.repeats(), 50);
 }
 
@@ -241,9 +241,9 @@ float depthAfter(int updates, float way, float depth)
         std::uint64_t keptCount = 0, removedCount = 0;
         float left = 0;
         psap::HostExec exec{PsapOptions{}};
-        exec.forEachParted(1, psap::PartPairs{{&pair, &depth, nullptr, &counts}, nullptr, 2, &motion},
-                           psap::DepthList{{&kept, 1, &keptCount}, &left},
-                           psap::PairList{&removed, 1, &removedCount});
+        exec.forEachPartition(1, psap::PartitionPairs{{&pair, &depth, nullptr, &counts}, nullptr, 2, &motion},
+                              psap::DepthList{{&kept, 1, &keptCount}, &left},
+                              psap::PairList{&removed, 1, &removedCount});
         EXPECT_EQ(keptCount, 1u);
         depth = left;
     }

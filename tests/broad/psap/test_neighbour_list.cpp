@@ -18,7 +18,7 @@ namespace cullet::test
 {
 namespace
 {
-using psap::NearFrame;
+using psap::NeighbourMode;
 
 constexpr std::uint32_t kSeed = 4711;
 
@@ -94,9 +94,9 @@ TEST(PsapSkins, DecideOverlapByClosenessWhileBoxesStayInside)
             b.box.min[0] = std::min(b.box.max[0], a.box.max[0]);
         const float share = trial % 5 == 0 ? 0.0f : random.between(0, 1.1f);
         const Aabb nowA = moved(random, a.box, share * a.skin), nowB = moved(random, b.box, share * b.skin);
-        const float stretch = std::max(psap::stretchOf(a, nowA), psap::stretchOf(b, nowB));
+        const float displacement = std::max(psap::displacementOf(a, nowA), psap::displacementOf(b, nowB));
         const bool areTogether = overlaps(nowA, nowB);
-        if (!(stretch <= psap::kMostStretch))
+        if (!(displacement <= psap::kMostDisplacement))
         {
             ++gone;
             continue;
@@ -108,7 +108,7 @@ TEST(PsapSkins, DecideOverlapByClosenessWhileBoxesStayInside)
             continue;
         }
         const float closeness = psap::closenessOf(a, b);
-        const float sure = psap::sureFrom(stretch);
+        const float sure = psap::decisiveCloseness(displacement);
         ASSERT_FALSE(closeness > sure && !areTogether) << trial;
         ASSERT_FALSE(closeness < -sure && areTogether) << trial;
         surelyTogether += closeness > sure ? 1 : 0;
@@ -127,15 +127,15 @@ TEST(PsapSkins, ReportInfiniteDisplacementWhenBoxAppearsOrVanishes)
     const Aabb box = {{0, 0, 0}, {1, 1, 1}};
     const Aabb inverted = {{0, 0.01f, 0}, {1, 0, 1}};
     const Aabb lost = {{kNan, 0, 0}, {1, 1, 1}};
-    EXPECT_EQ(psap::stretchOf({box, 1}, box), 0.0f);
-    EXPECT_EQ(psap::stretchOf({box, 2}, {{0.5f, 0, 0}, {1, 1, 1}}), 0.25f);
-    EXPECT_EQ(psap::stretchOf({box, 1}, inverted), kInfinity);
-    EXPECT_EQ(psap::stretchOf({box, 1}, lost), kInfinity);
-    EXPECT_EQ(psap::stretchOf({psap::nowhere(), 1}, box), kInfinity);
-    EXPECT_EQ(psap::stretchOf({psap::nowhere(), 1}, lost), 0.0f);
+    EXPECT_EQ(psap::displacementOf({box, 1}, box), 0.0f);
+    EXPECT_EQ(psap::displacementOf({box, 2}, {{0.5f, 0, 0}, {1, 1, 1}}), 0.25f);
+    EXPECT_EQ(psap::displacementOf({box, 1}, inverted), kInfinity);
+    EXPECT_EQ(psap::displacementOf({box, 1}, lost), kInfinity);
+    EXPECT_EQ(psap::displacementOf({psap::emptyBox(), 1}, box), kInfinity);
+    EXPECT_EQ(psap::displacementOf({psap::emptyBox(), 1}, lost), 0.0f);
     const Aabb unbounded = {{-kInfinity, 0, 0}, {kInfinity, 1, 1}};
-    EXPECT_EQ(psap::stretchOf({unbounded, 1}, unbounded), 0.0f);
-    EXPECT_EQ(psap::stretchOf({unbounded, 1}, box), kInfinity);
+    EXPECT_EQ(psap::displacementOf({unbounded, 1}, unbounded), 0.0f);
+    EXPECT_EQ(psap::displacementOf({unbounded, 1}, box), kInfinity);
     // Undecidable cases must be tested.
     const Aabb atInfinity = {{kInfinity, 0, 0}, {kInfinity, 1, 1}};
     EXPECT_FALSE(std::fabs(psap::closenessOf({unbounded, 1}, {atInfinity, 1})) >= 0);
@@ -159,35 +159,35 @@ public:
     Scene(PsapNearPairs choice, float way) : m_policy(choice), m_way(way) {}
 
     /// @return the final decision for the next set
-    NearFrame step(bool someJump = false)
+    NeighbourMode step(bool someJump = false)
     {
-        NearFrame frame = m_policy.choose(boxes);
-        if (frame == NearFrame::Follow)
+        NeighbourMode frame = m_policy.choose(boxes);
+        if (frame == NeighbourMode::Follow)
         {
             m_gone += someJump ? kInfinity : m_way;
-            const float stretch = m_gone / m_policy.rule().common;
-            m_policy.noteFollowed(stretch);
-            if (!(stretch <= psap::kMostStretch))
+            const float displacement = m_gone / m_policy.rule().common;
+            m_policy.recordFollowed(displacement);
+            if (!(displacement <= psap::kMostDisplacement))
             {
                 ++voids;
                 frame = m_policy.search();
             }
         }
-        if (frame == NearFrame::Begin)
+        if (frame == NeighbourMode::Begin)
         {
             m_gone = 0;
-            m_policy.noteBegun(near, boxes, boxes);
+            m_policy.recordBegun(near, boxes, boxes);
         }
         ++counts[static_cast<int>(frame)];
         if (m_policy.wantsSample(boxes))
         {
             std::vector<psap::BoxInSample> sample(100, {1.0f, m_way});
-            m_policy.noteSampling();
-            m_policy.noteSample(sample.data(), sample.size());
+            m_policy.recordSampling();
+            m_policy.recordSample(sample.data(), sample.size());
         }
         return frame;
     }
-    int count(NearFrame frame) const { return counts[static_cast<int>(frame)]; }
+    int count(NeighbourMode frame) const { return counts[static_cast<int>(frame)]; }
     void setWay(float way) { m_way = way; }
 
     std::uint64_t boxes = 100000, near = 200000;
@@ -209,7 +209,7 @@ public:
     /// @param way motion of the boxes, if it changes
     void step(float way)
     {
-        const bool isFollowed = m_policy.follows(boxes, 0);
+        const bool isFollowed = m_policy.chooseFollow(boxes, 0);
         m_gone += way;
         if (isFollowed)
             follow();
@@ -218,10 +218,10 @@ public:
         if (m_policy.wantsSample(boxes))
         {
             std::vector<psap::BoxInSample> sample(100, {1.0f, m_way});
-            m_policy.noteSampling();
-            m_policy.noteSample(sample.data(), sample.size());
+            m_policy.recordSampling();
+            m_policy.recordSample(sample.data(), sample.size());
         }
-        if (m_policy.beginsBehind(boxes))
+        if (m_policy.tryBegin(boxes))
         {
             ++behind;
             m_gone = 0;
@@ -235,12 +235,12 @@ public:
 private:
     void follow()
     {
-        const float stretch = m_gone / m_policy.rule().common;
-        const bool isAhead = m_policy.beginsAhead();
-        const bool isTold = stretch <= psap::kMostStretch;
+        const float displacement = m_gone / m_policy.rule().common;
+        const bool isAhead = m_policy.tryBeginEarly();
+        const bool isTold = displacement <= psap::kMostDisplacement;
         ++(isTold ? followed : voids);
         if (!isAhead)
-            return m_policy.noteFollowed(stretch);
+            return m_policy.recordFollowed(displacement);
         ++ahead;
         m_gone = 0;
         if (!isTold)
@@ -294,8 +294,8 @@ TEST(SkinPolicy, FollowsNeighbourListsWhenBoxesMoveShortDistances)
         Scene scene(PsapNearPairs::Automatic, way);
         for (int set = 0; set < 400; ++set)
             scene.step();
-        EXPECT_LT(scene.count(NearFrame::Search), 4);
-        EXPECT_GT(scene.count(NearFrame::Follow), 2 * scene.count(NearFrame::Begin));
+        EXPECT_LT(scene.count(NeighbourMode::Search), 4);
+        EXPECT_GT(scene.count(NeighbourMode::Follow), 2 * scene.count(NeighbourMode::Begin));
         EXPECT_EQ(scene.voids, 0);
     }
 }
@@ -314,12 +314,12 @@ TEST(SkinPolicy, DoesNotKeepNeighbourListsThatDoNotPay)
         always.step(true);
         crowded.step();
     }
-    EXPECT_EQ(fast.count(NearFrame::Search), 2000);
-    EXPECT_LT(slow.count(NearFrame::Begin), 30);  // pauses get longer
-    EXPECT_GT(slow.count(NearFrame::Begin), 4);   // but a list is tried again
-    EXPECT_EQ(never.count(NearFrame::Search), 2000);
-    EXPECT_GT(always.count(NearFrame::Begin), 1900);
-    EXPECT_LT(crowded.count(NearFrame::Begin), 20);
+    EXPECT_EQ(fast.count(NeighbourMode::Search), 2000);
+    EXPECT_LT(slow.count(NeighbourMode::Begin), 30);  // pauses get longer
+    EXPECT_GT(slow.count(NeighbourMode::Begin), 4);   // but a list is tried again
+    EXPECT_EQ(never.count(NeighbourMode::Search), 2000);
+    EXPECT_GT(always.count(NeighbourMode::Begin), 1900);
+    EXPECT_LT(crowded.count(NeighbourMode::Begin), 20);
 }
 
 TEST(SkinPolicy, UsesNoNeighbourListsInSmallWorldsUnlessForced)
@@ -331,8 +331,8 @@ TEST(SkinPolicy, UsesNoNeighbourListsInSmallWorldsUnlessForced)
         small.step();
         forced.step();
     }
-    EXPECT_EQ(small.count(NearFrame::Search), 100);
-    EXPECT_GT(forced.count(NearFrame::Follow), 70);
+    EXPECT_EQ(small.count(NeighbourMode::Search), 100);
+    EXPECT_GT(forced.count(NeighbourMode::Follow), 70);
 }
 
 TEST(SkinPolicy, TriesNeighbourListsAgainWhenSceneComesToRest)
@@ -340,24 +340,24 @@ TEST(SkinPolicy, TriesNeighbourListsAgainWhenSceneComesToRest)
     Scene scene(PsapNearPairs::Automatic, 0.5f);
     for (int set = 0; set < 500; ++set)
         scene.step();
-    EXPECT_EQ(scene.count(NearFrame::Follow), 0);
+    EXPECT_EQ(scene.count(NeighbourMode::Follow), 0);
     scene.setWay(0.001f);
     for (int set = 0; set < 500; ++set)
         scene.step();
-    EXPECT_GT(scene.count(NearFrame::Follow), 450);
+    EXPECT_GT(scene.count(NeighbourMode::Follow), 450);
 }
 
 TEST(SkinPolicy, KeepsSearchingAfterSamplesWithoutBoxesOrSizes)
 {
     psap::SkinPolicy policy(PsapNearPairs::Always);
     std::vector<psap::BoxInSample> none(10, {-1.0f, 0.0f});
-    policy.noteSample(none.data(), none.size());
-    EXPECT_EQ(policy.choose(100), NearFrame::Search);
+    policy.recordSample(none.data(), none.size());
+    EXPECT_EQ(policy.choose(100), NeighbourMode::Search);
     std::vector<psap::BoxInSample> points(10, {0.0f, 0.0f});
-    policy.noteSample(points.data(), points.size());
-    EXPECT_EQ(policy.choose(100), NearFrame::Search);
-    policy.noteSample(points.data(), 0);
-    EXPECT_EQ(policy.choose(100), NearFrame::Search);
+    policy.recordSample(points.data(), points.size());
+    EXPECT_EQ(policy.choose(100), NeighbourMode::Search);
+    policy.recordSample(points.data(), 0);
+    EXPECT_EQ(policy.choose(100), NeighbourMode::Search);
 }
 }  // namespace
 }  // namespace cullet::test

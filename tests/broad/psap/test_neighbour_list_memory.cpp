@@ -138,7 +138,7 @@ TEST(PsapNeighbourListMemory, FallsBackToSearchInDeltaSearchWhenListAllocationFa
             boxes = scene.boxes();
             search.prepare(exec, boxes.data(), boxes.size());
             search.launch(exec);
-            search.planAhead(exec);
+            search.advanceNextPlan(exec);
             boxes.assign(boxes.size(), cube(0, 1));
             search.finish(exec);
             const DeltaCounts counts = search.counts();
@@ -150,7 +150,7 @@ TEST(PsapNeighbourListMemory, FallsBackToSearchInDeltaSearchWhenListAllocationFa
         EXPECT_GT(oracle.added(), 500u);
         EXPECT_GT(oracle.removed(), 100u);
         EXPECT_EQ(TightExec::failures, 1);
-        EXPECT_EQ(search.frame(), psap::NearFrame::Search);
+        EXPECT_EQ(search.mode(), psap::NeighbourMode::Search);
     }
 }
 }  // namespace

@@ -28,7 +28,7 @@ public:
     using HostExec::HostExec;
 
     template <class Step>
-    void forEachEmitting(std::uint64_t count, const Step& step, const psap::PairList& list)
+    void forEachAppend(std::uint64_t count, const Step& step, const psap::PairList& list)
     {
         struct TestCounter
         {
@@ -105,7 +105,7 @@ std::vector<Aabb> slantedSlab(std::uint32_t count, Random& random)
 Pairs pairsOfRows(const std::vector<Aabb>& boxes, const PsapOptions& options)
 {
     psap::HostExec exec(options);
-    psap::RowSearch<psap::HostExec> search(options, options.axis);
+    psap::CountingSearch<psap::HostExec> search(options, options.axis);
     std::vector<RowPair> found(1u << 18);
     std::uint64_t count = 0;
     // The second update uses the state of the first.

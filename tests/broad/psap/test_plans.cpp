@@ -12,9 +12,9 @@ namespace
 /// @return box tests of one more update, which finds the pairs
 std::uint64_t testsOf(WatchedSearch& search, const std::vector<Aabb>& boxes, const Pairs& pairs)
 {
-    search.exec.takeTestCount();
+    search.exec.collectTestCount();
     EXPECT_EQ(search.find(boxes), pairs);
-    return search.exec.takeTestCount();
+    return search.exec.collectTestCount();
 }
 
 /// Boxes close together, and the same number spread out.

@@ -25,9 +25,9 @@ TEST(OrderedParts, TakesPartsInOrderAsSoonAsTheyAreFinished)
     EXPECT_EQ(parts.itemsOfTask(7).begin, 170u);
     EXPECT_EQ(parts.itemsOfTask(7).end, 175u);
     std::vector<std::pair<std::uint64_t, std::uint64_t>> taken;
-    const auto takeReady = [&]
+    const auto deliverReady = [&]
     {
-        parts.takeReady(
+        parts.deliverReady(
             [&](OrderedParts::Range items, unsigned first, unsigned end)
             {
                 EXPECT_EQ(items.begin, 100 + 10 * first);
@@ -39,14 +39,14 @@ TEST(OrderedParts, TakesPartsInOrderAsSoonAsTheyAreFinished)
     for (const unsigned task : {6u, 7u, 3u, 1u, 0u})
     {
         parts.finish(task);
-        EXPECT_EQ(takeReady(), 0u) << "task " << task;
+        EXPECT_EQ(deliverReady(), 0u) << "task " << task;
     }
     parts.finish(2);
-    EXPECT_EQ(takeReady(), 1u);
+    EXPECT_EQ(deliverReady(), 1u);
     parts.finish(5);
-    EXPECT_EQ(takeReady(), 1u);
+    EXPECT_EQ(deliverReady(), 1u);
     parts.finish(4);
-    EXPECT_EQ(takeReady(), 3u);
+    EXPECT_EQ(deliverReady(), 3u);
     const std::vector<std::pair<std::uint64_t, std::uint64_t>> all = {{100, 130}, {130, 160}, {160, 175}};
     EXPECT_EQ(taken, all);
 }
@@ -55,7 +55,7 @@ TEST(OrderedParts, HasNoPartsWhenRangeIsEmpty)
 {
     OrderedParts parts({5, 5}, 10, 3);
     EXPECT_EQ(parts.tasks(), 0u);
-    parts.takeReady([](OrderedParts::Range, unsigned, unsigned) { FAIL(); });
+    parts.deliverReady([](OrderedParts::Range, unsigned, unsigned) { FAIL(); });
 }
 
 TEST(ScatteredRows, GivePairStreamOfGridWhenPickedOrPacked)

@@ -24,13 +24,14 @@ PsapOptions inGroups(PsapOptions options = {})
 }
 
 template <class Exec, class IsNew>
-Pairs findWith(Exec& exec, psap::RowSearch<Exec>& search, const std::vector<Aabb>& boxes, const IsNew& isNew)
+Pairs findWith(Exec& exec, psap::CountingSearch<Exec>& search, const std::vector<Aabb>& boxes,
+               const IsNew& isNew)
 {
     std::vector<RowPair> found(1u << 17);
     std::uint64_t count = 0;
     search.build(exec, {boxes.data(), boxes.size(), &count});
     search.emit(exec, isNew, {found.data(), found.size(), &count});
-    search.planner().look(exec);
+    search.planner().poll(exec);
     EXPECT_LE(count, found.size());
     found.resize(std::min<std::size_t>(count, found.size()));
     return inOrder(found);
@@ -48,7 +49,7 @@ template <class IsNew>
 Found searchTogether(const std::vector<Aabb>& boxes, const IsNew& isNew, const PsapOptions& options = {})
 {
     WarpExec exec(options);
-    psap::RowSearch<WarpExec> search(inGroups(options), options.axis);
+    psap::CountingSearch<WarpExec> search(inGroups(options), options.axis);
     const Pairs pairs = findWith(exec, search, boxes, isNew);
     return {pairs, search.levelCount(), exec.largestSum, exec.mostAtOnce};
 }
@@ -56,7 +57,7 @@ Found searchTogether(const std::vector<Aabb>& boxes, const IsNew& isNew, const P
 /// An entry test that needs rows and depths.
 struct ShallowAndEven
 {
-    ShallowAndEven ready() const { return *this; }
+    ShallowAndEven preloaded() const { return *this; }
     bool operator()(RowPair pair) const { return (pair.a + pair.b) % 2 == 0; }
     template <class Depth>
     bool operator()(RowPair pair, const Depth& depth) const
@@ -168,7 +169,7 @@ TEST(WarpSearch, UsesShorterAxisAsFirstCellAxis)
             cubesIn(3000, 3.6f, random, 10, flat == 1 ? 1.0f : 5.0f, flat == 2 ? 1.0f : 5.0f);
         const PsapOptions options = inGroups();
         psap::HostExec exec(options);
-        psap::RowSearch<psap::HostExec> search(options, options.axis);
+        psap::CountingSearch<psap::HostExec> search(options, options.axis);
         EXPECT_EQ(findWith(exec, search, boxes, psap::EveryPair{}), everyPair(boxes));
         const psap::LevelPlan& plan = *search.planner().plan();
         EXPECT_EQ(plan.axes.s, 0u);

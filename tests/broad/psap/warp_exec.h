@@ -52,16 +52,16 @@ public:
     using HostExec::HostExec;
 
     template <class Step>
-    void forEachGrouped(std::uint64_t count, const Step& step, const psap::PairList& list)
+    void forEachWarp(std::uint64_t count, const Step& step, const psap::PairList& list)
     {
-        Warp<typename Step::Room> warp{list};
+        Warp<typename Step::Scratch> warp{list};
         const std::uint64_t end = (count + kLanes - 1) / kLanes * kLanes;
         std::vector<std::thread> lanes;
         for (std::uint32_t lane = 0; lane < kLanes; ++lane)
             lanes.emplace_back(
                 [&, lane]
                 {
-                    Lane<typename Step::Room> emit(warp, lane);
+                    Lane<typename Step::Scratch> emit(warp, lane);
                     for (std::uint64_t i = lane; i < end; i += kLanes)
                     {
                         step(i, i < count, emit);
@@ -79,30 +79,30 @@ public:
     std::uint32_t mostAtOnce = 0;  ///< pairs appended by a group at once
 
 private:
-    template <class Room>
+    template <class Scratch>
     struct Warp
     {
         psap::PairList list;
         Meeting meeting{kLanes};
         std::uint64_t said[kLanes] = {};
-        Room room = {};
+        Scratch scratch = {};
         std::uint32_t largestSum = 0, mostAtOnce = 0;  ///< written by the first lane
     };
 
     /// The group as seen by a step.
-    template <class Room>
+    template <class Scratch>
     class Lane
     {
     public:
         static constexpr std::uint32_t kLanes = WarpExec::kLanes;
 
-        Lane(Warp<Room>& warp, std::uint32_t lane) : m_warp(warp), m_lane(lane) {}
+        Lane(Warp<Scratch>& warp, std::uint32_t lane) : m_warp(warp), m_lane(lane) {}
 
         void push(RowPair pair) { m_warp.list.push(pair); }
         void tested(std::uint64_t) {}
         bool any(bool isMine) { return ballot(isMine) != 0; }
 
-        Room& room() { return m_warp.room; }
+        Scratch& scratch() { return m_warp.scratch; }
         std::uint32_t lane() const { return m_lane; }
         void sync() { m_warp.meeting.wait(); }
         std::uint32_t ballot(bool isMine)
@@ -178,7 +178,7 @@ private:
                         });
         }
 
-        Warp<Room>& m_warp;
+        Warp<Scratch>& m_warp;
         std::uint32_t m_lane;
     };
 };

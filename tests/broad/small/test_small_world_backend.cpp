@@ -49,12 +49,12 @@ TEST(OverlapKernels, FindOverlapsOfPredicateWithEveryWidth)
 {
     constexpr std::uint32_t kColumns = 192;
     const RandomColumns columns(kColumns);
-    std::vector<const OverlapKernels*> kernels = {&kFlatKernelsBaseline};
+    std::vector<const OverlapKernels*> kernels = {&kOverlapKernelsBaseline};
 #if defined(__x86_64__)
     if (__builtin_cpu_supports("avx2") != 0)
-        kernels.push_back(&kFlatKernelsAvx2);
+        kernels.push_back(&kOverlapKernelsAvx2);
     if (__builtin_cpu_supports("avx512f") != 0)
-        kernels.push_back(&kFlatKernelsAvx512);
+        kernels.push_back(&kOverlapKernelsAvx512);
 #endif
     std::size_t hits = 0;
     for (const OverlapKernels* kernel : kernels)

@@ -130,7 +130,7 @@ DepthTally checkDepths(bool isThin, double farAway, int rounds, unsigned seed)
         GjkCache<S> cache;
         EpaCache memory;
         checkDepth(scene, cache, memory, tally);
-        moveALittle(scene, 0.005, engine);
+        perturb(scene, 0.005, engine);
         checkDepth(scene, cache, memory, tally);
     }
     return tally;

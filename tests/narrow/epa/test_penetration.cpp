@@ -258,7 +258,7 @@ void checkMemoryOfAnotherPair()
         if (i % 4 == 0)
             scene = randomPair(hulls[engine() % 2], hulls[engine() % 2], -0.1, 0.0, engine);
         else
-            moveALittle(scene, 0.1, engine);
+            perturb(scene, 0.1, engine);
         const PosedHull<S> a = scene.posedA();
         const PosedHull<S> b = scene.posedB();
         GjkCache<S> cache;
@@ -316,7 +316,7 @@ void checkMemoryOfPairsThatTurn()
             else
                 penetration(a, b, cache, &memory);
             asked += isAsked && fresh.state == GjkState::Overlapping && fresh.depth > 1e-3;
-            moveALittle(scene, 0.01, engine);
+            perturb(scene, 0.01, engine);
         }
     }
     EXPECT_GT(asked, 500);

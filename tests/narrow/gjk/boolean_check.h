@@ -155,7 +155,7 @@ Tally checkAll(bool isThin, double farAway, int rounds, int frames, unsigned see
                 checkBoolean(scene, static_cast<S>(limit), cache, tally);
                 for (int frame = 0; frame < frames; ++frame)
                 {
-                    moveALittle(scene, 0.01, engine);
+                    perturb(scene, 0.01, engine);
                     if (limit > 0.0 && engine() % 8 == 0)
                         limit = anyLimit();
                     checkBoolean(scene, static_cast<S>(limit), cache, tally);

@@ -167,7 +167,7 @@ void checkTrajectories(const std::vector<NamedPoints>& shapes, double gap, Tally
                 else if (distance > 0.0)
                     count(cache, tally);
                 iterations += result.iterations;
-                moveALittle(scene, 0.01, engine);
+                perturb(scene, 0.01, engine);
             }
         }
     }
@@ -405,7 +405,7 @@ TYPED_TEST(CornerCones, AreAccurateAtEveryScaleAndWithStretchedBases)
             GjkCache<S> cache;
             for (int frame = 0; frame < 12; ++frame)
             {
-                moveALittle(scene, 0.01, engine);
+                perturb(scene, 0.01, engine);
                 const PosedHull<S> a(hull, scene.a.basis * stretch.asDiagonal(), scene.a.origin * S(size));
                 const PosedHull<S> b(hull, scene.b.basis, scene.b.origin * S(size));
                 const GjkResult<S> result = gjkDistance(a, b, std::numeric_limits<S>::infinity(), cache);

@@ -158,7 +158,7 @@ TYPED_TEST(FeaturePairTest, RefusesFeaturesThatAreNotTheClosest)
             GjkCache<S> cache;
             const GjkResult<S> near = gjkDistance(a, b, std::numeric_limits<S>::infinity(), cache);
             auto moved = scene;
-            moveALittle(moved, 0.02, turns);
+            perturb(moved, 0.02, turns);
             const PosedHull<S> toA = moved.posedA(), toB = moved.posedB();
             GjkCache<S> fresh;
             const GjkResult<S> truth = gjkDistance(toA, toB, std::numeric_limits<S>::infinity(), fresh);

@@ -43,7 +43,7 @@ void forQueriesOf(const Swing& swing, unsigned seed, const See& see)
         GjkCache<float> cache;
         for (int frame = 0; frame < 100; ++frame)
         {
-            moveALittle(scene, 0.01, engine);
+            perturb(scene, 0.01, engine);
             setGapOutwards(scene, swing.middle + 0.03 * std::sin(0.1 * pair + 0.15 * frame));
             const GjkCache<float> before = cache;
             int axes = 0;

@@ -125,7 +125,7 @@ DistanceTally checkDistances(bool isThin, int rounds, unsigned seed)
                 tally.worstPoint = std::max(tally.worstPoint, std::abs(between - result.distance));
                 EXPECT_NEAR(result.axis.norm(), S(1), 1e-6);
             }
-            moveALittle(scene, 0.01, engine);
+            perturb(scene, 0.01, engine);
         }
     }
     return tally;

@@ -62,7 +62,7 @@ TEST(Gjk, FindsAxesByReflectionWithoutChangingAnswers)
                 const bool isReflected = result.iterations == 0 && axisCount > 1;
                 savedCount += isReflected && result.state == GjkState::Separated;
             }
-            moveALittle(scene, 0.01, engine);
+            perturb(scene, 0.01, engine);
         }
     }
     EXPECT_GT(separatedCount, 3000);
@@ -98,7 +98,7 @@ TEST(Gjk, GivesSameAnswerFromEveryStart)
                 atOnceCounts[k] += is[k].iterations == 0;
             }
             ++stateCounts[static_cast<int>(is[0].state)];
-            moveALittle(scene, 0.01, engine);
+            perturb(scene, 0.01, engine);
         }
     }
     EXPECT_GT(stateCounts[static_cast<int>(GjkState::Separated)], 3000);
@@ -124,7 +124,7 @@ TEST(Gjk, TakesFewIterationsInCoherentMotion)
             iterations[0] += gjkDistance(scene.posedA(), scene.posedB(), kNoLimit, cold).iterations;
             iterations[1] += gjkDistance(scene.posedA(), scene.posedB(), kNoLimit, warm).iterations;
             booleanIterations += isaGjk(scene.posedA(), scene.posedB(), 0.0f, warmBoolean).iterations;
-            moveALittle(scene, 0.002, engine);
+            perturb(scene, 0.002, engine);
         }
     }
     EXPECT_LT(iterations[1] / 5000.0, 0.6);
@@ -170,7 +170,7 @@ TEST(Gjk, AnswersFromVerticesWhileTheyAreClosestPoints)
             else
                 refused += cache.count == 1;
             gjkDistance(a, b, kNoLimit, cache);
-            moveALittle(scene, 0.01, engine);
+            perturb(scene, 0.01, engine);
         }
     }
     EXPECT_GT(answered, 500);
@@ -248,7 +248,7 @@ TEST(Gjk, ProvesRequestedGapFromCornerOfFailedAxis)
             // For hulls of many vertices the axis is improved before the corner is used.
             const int axes = axesForGap(scene, limit, cache);
             proved += axes == 2 || axes == 3;
-            moveALittle(scene, 0.003, engine);
+            perturb(scene, 0.003, engine);
         }
     }
     testing::Test::RecordProperty("proved", std::to_string(proved));
@@ -272,7 +272,7 @@ TEST(Gjk, FindsBetterAxisOfTwoBallsByGradientStep)
     NoObserver observer;
     GjkResult<float> result;
     AxisTest<float> again;
-    ASSERT_TRUE(isaGjkUphill(pair, limit2, test, cache, observer, result, again));
+    ASSERT_TRUE(isaGjkGradientStep(pair, limit2, test, cache, observer, result, again));
     EXPECT_GT(again.along, test.along);
     EXPECT_EQ(result.state, GjkState::Separated);
     EXPECT_TRUE(
@@ -297,7 +297,7 @@ void checkScale(double size, std::int64_t& separated, std::int64_t& near, std::i
             GjkCache<S> cache;
             for (int frame = 0; frame < 3; ++frame)
             {
-                moveALittle(scene, 0.005, engine);
+                perturb(scene, 0.005, engine);
                 const PosedHull<S> a(hull, scene.a.basis, scene.a.origin * S(size));
                 const PosedHull<S> b(hull, scene.b.basis, scene.b.origin * S(size));
                 const Bounds truth = DistanceOracle(a, b).solve();

@@ -179,7 +179,7 @@ Answers queryAll(int rounds, unsigned seed)
             flags.query(scene);
             if (testing::Test::HasFailure())
                 return flags.answers;
-            moveALittle(scene, 0.01, engine);
+            perturb(scene, 0.01, engine);
         }
     }
     return flags.answers;

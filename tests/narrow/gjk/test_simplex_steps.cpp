@@ -30,7 +30,7 @@ void follow(const Hull<float>& hull, std::mt19937& engine, Outcome& outcome)
     isaGjk(scene.posedA(), scene.posedB(), kLimit, cache);
     for (int frame = 0; frame < 20; ++frame)
     {
-        moveALittle(scene, 0.002, engine);
+        perturb(scene, 0.002, engine);
         const PosedHull<float> a = scene.posedA(), b = scene.posedB();
         const HullPair<float> pair(a, b);
         const Eigen::Vector3f axis(cache.axis[0], cache.axis[1], cache.axis[2]);

@@ -88,19 +88,19 @@ public:
         m_motions.release(m_anchor);
     }
 
-    float update(bool isGap = false)
+    float update(bool missedUpdates = false)
     {
         for (int i = 0; i < 8; ++i)
         {
             m_motions.use(m_place);
             m_motions.use(m_anchor);
         }
-        m_motions.update(0, m_motions.size(), ++s_pass, isGap);
-        return approach({-1, 0, 0}, TurnRates(1.0f, 0.0f, 1.0f, 0.0f, 1.0f));
+        m_motions.update(0, m_motions.size(), ++s_pass, missedUpdates);
+        return approachBound({-1, 0, 0}, TurnRates(1.0f, 0.0f, 1.0f, 0.0f, 1.0f));
     }
-    float approach(const Axis& axis, const TurnRates& rates) const
+    float approachBound(const Axis& axis, const TurnRates& rates) const
     {
-        return m_motions.approach(m_place, m_anchor, axis, rates);
+        return m_motions.approachBound(m_place, m_anchor, axis, rates);
     }
     /// Records the position.
     void rest()
@@ -111,7 +111,7 @@ public:
     float updateUnused()
     {
         m_motions.update(0, m_motions.size(), ++s_pass, false);
-        return approach({-1, 0, 0}, TurnRates(1.0f, 0.0f, 1.0f, 0.0f, 1.0f));
+        return approachBound({-1, 0, 0}, TurnRates(1.0f, 0.0f, 1.0f, 0.0f, 1.0f));
     }
 
     btCollisionObject body, anchor;
@@ -167,7 +167,7 @@ TEST(BodyMotions, BoundHowMuchLessACoreReachesBeyondTheOther)
             }
             place();
             watched.update();
-            bound += Wide(watched.approach(axis, rates));
+            bound += Wide(watched.approachBound(axis, rates));
             turns += 2 * Wide(size) * Wide(reach) * std::sqrt(Wide(length2));
             const Wide lost = before - gapOf(core, at[0], at[1], axis);
             ASSERT_LE(lost, bound) << frame;
@@ -306,13 +306,13 @@ TEST(BodyMotions, ReadNoBodyAfterAbandonAndTrackItAgainInNewSlot)
     const auto update = [&] { motions.update(0, motions.size(), ++pass, false); };
     update();
     update();
-    EXPECT_EQ(motions.approach(a, b, {1, 0, 0}, rates), 0.0f);
+    EXPECT_EQ(motions.approachBound(a, b, {1, 0, 0}, rates), 0.0f);
     motions.abandon();
     // Invalidates the data of a body that would be read.
     bodies[0].setCollisionShape(nullptr);
     bodies[1].setCollisionShape(nullptr);
     update();
-    EXPECT_FALSE(motions.approach(a, b, {1, 0, 0}, rates) < std::numeric_limits<float>::infinity());
+    EXPECT_FALSE(motions.approachBound(a, b, {1, 0, 0}, rates) < std::numeric_limits<float>::infinity());
     EXPECT_TRUE(motions.isAbandoned(a));
     bodies[0].setCollisionShape(&sphere);
     const std::uint32_t again = motions.acquire(bodies[0]);
@@ -337,12 +337,12 @@ TEST(MotionTrackedPairs, RecogniseUnmovedAlgorithmsUnlessReplacedAtTheirAddress)
     const auto algorithm = [&](std::size_t i) { return reinterpret_cast<btCollisionAlgorithm*>(memory[i]); };
     std::vector<btBroadphasePair> pairs(6);
     MotionTrackedPairs watched;
-    ASSERT_TRUE(watched.makeRoom(pairs.size()));
-    EXPECT_EQ(watched.firstUnknown(pairs.data(), 0, pairs.size()), 0u) << "pairs without algorithms";
+    ASSERT_TRUE(watched.tryReserve(pairs.size()));
+    EXPECT_EQ(watched.firstUnclassified(pairs.data(), 0, pairs.size()), 0u) << "pairs without algorithms";
     const auto learn = [&]
     {
         for (std::size_t i = 0; i < pairs.size(); ++i)
-            watched.note(i, pairs[i].m_algorithm, Kind(i % 3));
+            watched.record(i, pairs[i].m_algorithm, Kind(i % 3));
         watched.endCount();
     };
     for (std::size_t i = 0; i < pairs.size(); ++i)
@@ -350,73 +350,73 @@ TEST(MotionTrackedPairs, RecogniseUnmovedAlgorithmsUnlessReplacedAtTheirAddress)
     watched.add();
     watched.add();
     learn();
-    EXPECT_EQ(watched.watching(), 2u);
-    EXPECT_EQ(watched.total(), 2u);
-    EXPECT_EQ(watched.asked(), (std::vector<std::uint32_t>{0, 1, 3, 4}));
-    EXPECT_EQ(watched.firstUnknown(pairs.data(), 0, pairs.size()), 6u);
+    EXPECT_EQ(watched.trackingCount(), 2u);
+    EXPECT_EQ(watched.trackingTotal(), 2u);
+    EXPECT_EQ(watched.isaGjkPairs(), (std::vector<std::uint32_t>{0, 1, 3, 4}));
+    EXPECT_EQ(watched.firstUnclassified(pairs.data(), 0, pairs.size()), 6u);
     std::swap(pairs[2].m_algorithm, pairs[4].m_algorithm);
-    EXPECT_EQ(watched.firstUnknown(pairs.data(), 0, pairs.size()), 2u);
-    EXPECT_EQ(watched.firstUnknown(pairs.data(), 3, pairs.size()), 4u);
-    EXPECT_EQ(watched.firstUnknown(pairs.data(), 5, pairs.size()), 6u);
+    EXPECT_EQ(watched.firstUnclassified(pairs.data(), 0, pairs.size()), 2u);
+    EXPECT_EQ(watched.firstUnclassified(pairs.data(), 3, pairs.size()), 4u);
+    EXPECT_EQ(watched.firstUnclassified(pairs.data(), 5, pairs.size()), 6u);
     learn();
     watched.touch(*algorithm(3));
     watched.remove();
-    EXPECT_EQ(watched.total(), 1u);
-    EXPECT_EQ(watched.firstUnknown(pairs.data(), 0, pairs.size()), 3u);
+    EXPECT_EQ(watched.trackingTotal(), 1u);
+    EXPECT_EQ(watched.firstUnclassified(pairs.data(), 0, pairs.size()), 3u);
     // A shorter array with a shorter list.
     pairs.resize(4);
     pairs[3].m_algorithm = nullptr;
-    ASSERT_TRUE(watched.makeRoom(pairs.size()));
-    watched.note(3, nullptr, Kind::Other);
+    ASSERT_TRUE(watched.tryReserve(pairs.size()));
+    watched.record(3, nullptr, Kind::Other);
     watched.endCount();
-    EXPECT_EQ(watched.asked(), (std::vector<std::uint32_t>{0, 1}));
-    EXPECT_EQ(watched.watching(), 1u);
-    EXPECT_EQ(watched.firstUnknown(pairs.data(), 0, pairs.size()), 3u);
+    EXPECT_EQ(watched.isaGjkPairs(), (std::vector<std::uint32_t>{0, 1}));
+    EXPECT_EQ(watched.trackingCount(), 1u);
+    EXPECT_EQ(watched.firstUnclassified(pairs.data(), 0, pairs.size()), 3u);
     watched.forget();
-    EXPECT_EQ(watched.total(), 1u);
-    EXPECT_TRUE(watched.asked().empty());
+    EXPECT_EQ(watched.trackingTotal(), 1u);
+    EXPECT_TRUE(watched.isaGjkPairs().empty());
     watched.clear();
-    EXPECT_EQ(watched.total(), 0u);
-    ASSERT_TRUE(watched.makeRoom(pairs.size()));
-    EXPECT_EQ(watched.firstUnknown(pairs.data(), 0, pairs.size()), 0u);
+    EXPECT_EQ(watched.trackingTotal(), 0u);
+    ASSERT_TRUE(watched.tryReserve(pairs.size()));
+    EXPECT_EQ(watched.firstUnclassified(pairs.data(), 0, pairs.size()), 0u);
 }
 
-TEST(Leeway, DoesNotExceedDistanceThatMotionsLeave)
+TEST(SeparationBudget, DoesNotExceedDistanceThatMotionsLeave)
 {
     std::mt19937 engine(4);
     int lasted = 0;
     for (int round = 0; round < 200; ++round)
     {
         const auto start = double(btScalar(std::pow(10.0, random(engine, -4, 2))));
-        Leeway leeway;
-        EXPECT_FALSE(leeway.outlasts(0.0f));
+        SeparationBudget leeway;
+        EXPECT_FALSE(leeway.consume(0.0f));
         leeway.set({btScalar(start), {}});
         Wide left = start;
         for (int i = 0; i < 1000; ++i)
         {
             const float step = float(start * std::pow(10.0, random(engine, -9, -2.2)));
             left -= Wide(step);
-            if (!leeway.outlasts(step))
+            if (!leeway.consume(step))
                 break;
             ASSERT_GE(left, 0) << round;
             ++lasted;
         }
-        EXPECT_FALSE(leeway.outlasts(float(start)));
-        EXPECT_FALSE(leeway.outlasts(0.0f)) << "what is lost stays lost";
+        EXPECT_FALSE(leeway.consume(float(start)));
+        EXPECT_FALSE(leeway.consume(0.0f)) << "what is lost stays lost";
     }
     EXPECT_GT(lasted, 50000);
-    Leeway leeway;
+    SeparationBudget leeway;
     leeway.set({0, {}});
-    EXPECT_TRUE(leeway.outlasts(0.0f));
-    EXPECT_FALSE(leeway.outlasts(std::numeric_limits<float>::min()));
+    EXPECT_TRUE(leeway.consume(0.0f));
+    EXPECT_FALSE(leeway.consume(std::numeric_limits<float>::min()));
     leeway.set({1, {}});
-    EXPECT_FALSE(leeway.outlasts(std::numeric_limits<float>::quiet_NaN()));
-    EXPECT_FALSE(leeway.outlasts(0.0f));
+    EXPECT_FALSE(leeway.consume(std::numeric_limits<float>::quiet_NaN()));
+    EXPECT_FALSE(leeway.consume(0.0f));
     leeway.set({std::numeric_limits<btScalar>::max(), {}});
-    EXPECT_FALSE(leeway.outlasts(2e38f)) << "no longer endless";
+    EXPECT_FALSE(leeway.consume(2e38f)) << "no longer endless";
     leeway.set({1, {}});
     leeway.forget();
-    EXPECT_FALSE(leeway.outlasts(0.0f));
+    EXPECT_FALSE(leeway.consume(0.0f));
     EXPECT_TRUE(leeway.isForgotten());
 }
 }  // namespace cullet::test

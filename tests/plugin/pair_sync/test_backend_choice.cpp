@@ -16,7 +16,7 @@ namespace cullet::test
 namespace
 {
 constexpr std::uint32_t kDeviceBodies = 100;
-constexpr int kPatience = BackendChooser::kUpdatesOfPatience;
+constexpr int kPatience = BackendChooser::kSwitchDelay;
 
 /// A chooser between backends that count their input.
 class Choice

@@ -313,12 +313,12 @@ TEST(PairSync, TracksPairsOfIdsBeyondSignedRange)
         EXPECT_EQ(stats.pendingPairs, 1u);
         for (int i = 0; i < 6; ++i)
             store.setBox(cubes[static_cast<std::size_t>(i)], vec(9 * i, 0, 0), vec(9 * i + 1, 1, 1));
-        pairSync.addAtOnce(*cubes[0], *cubes[5]);
+        pairSync.addImmediately(*cubes[0], *cubes[5]);
         pairSync.update(0.05f, nullptr);
         EXPECT_EQ(pairSync.adapter().count(), 0) << first;
         // Pairs appear at once, and are removed with the boxes.
         store.setBox(cubes[5], vec(0, 0, 0), vec(1, 1, 1));
-        pairSync.addAtOnce(*cubes[5], *cubes[0]);
+        pairSync.addImmediately(*cubes[5], *cubes[0]);
         EXPECT_EQ(pairSync.adapter().count(), 1);
         pairSync.update(0.05f, nullptr);
         EXPECT_EQ(pairSync.adapter().count(), 1);

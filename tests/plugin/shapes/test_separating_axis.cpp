@@ -116,7 +116,7 @@ public:
                std::sqrt(length2);
     }
 
-    bool prove(btScalar limit, GjkCache<btScalar>& cache, AxisRoom& room, AxisTest<btScalar>& failed)
+    bool prove(btScalar limit, GjkCache<btScalar>& cache, AxisSurplus& room, AxisTest<btScalar>& failed)
     {
         StretchedHull a, b;
         EXPECT_TRUE(stretchShape(*m_a.shape, placeA, m_a.use, 0, a));
@@ -181,7 +181,7 @@ TEST(AxisTest, ProvesOnlyRealGapsAndMissesNoneBeyondRounding)
         const btScalar limit = btScalar(relative * double(scene.scale));
         scene.setGap(relative + gaps[engine() % std::size(gaps)], cache.axis);
         const Wide gap = scene.exactGap(cache.axis);
-        AxisRoom room;
+        AxisSurplus room;
         AxisTest<btScalar> failed;
         const bool isProved = scene.prove(limit, cache, room, failed);
         (isProved ? proved : refused)++;
@@ -204,7 +204,7 @@ TEST(AxisTest, ProvesOnlyRealGapsAndMissesNoneBeyondRounding)
         }
         // The next query starts from the support vertices.
         const std::uint16_t startA = cache.startA, startB = cache.startB;
-        AxisRoom again;
+        AxisSurplus again;
         ASSERT_EQ(scene.prove(limit, cache, again, failed), isProved);
         ASSERT_EQ(cache.startA, startA);
         ASSERT_EQ(cache.startB, startB);
@@ -235,7 +235,7 @@ TEST(AxisTest, ProvesNothingWhenPoseIsNotFinite)
                     scene.placeA.getOrigin()[place] = bad;
                 else
                     scene.placeB.getBasis()[(place - 3) / 3][(place - 3) % 3] = bad;
-                AxisRoom room;
+                AxisSurplus room;
                 AxisTest<btScalar> failed;
                 EXPECT_FALSE(scene.prove(0, cache, room, failed));
                 EXPECT_EQ(failed.vertexA, -1);

@@ -387,7 +387,7 @@ TEST(PureAabb, HoldsOnlyForShapesKnownToBeThreadSafe)
 {
     const MixedShapes mixed;
     for (std::size_t i = 0; i < mixed.shapes.size(); ++i)
-        EXPECT_EQ(hasPureAabb(*mixed.shapes[i]), i < mixed.pureCount) << mixed.shapes[i]->getName();
+        EXPECT_EQ(hasThreadSafeAabb(*mixed.shapes[i]), i < mixed.pureCount) << mixed.shapes[i]->getName();
 }
 }  // namespace
 }  // namespace cullet::test

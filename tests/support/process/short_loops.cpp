@@ -6,5 +6,5 @@
 
 namespace
 {
-[[maybe_unused]] const double worth = cullet::ParallelLoops::worth = 1e-9;
+[[maybe_unused]] const double workPerThread = cullet::ParallelLoops::workPerThread = 1e-9;
 }  // namespace

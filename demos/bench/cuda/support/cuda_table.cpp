@@ -124,8 +124,8 @@ void CudaTable::add(const CudaRow& row)
         line.update({{"bytes_moved", row.moved.all()}, {"floor_ms", floorMs}, {"times_floor", timesFloor}});
     if (ratio > 0)
         line["over_uniform"] = ratio;
-    if (row.behindMs > 0)
-        line["behind_ms"] = row.behindMs;
+    if (row.afterUpdateMs > 0)
+        line["behind_ms"] = row.afterUpdateMs;
     if (row.overBest > 0)
         line["over_best"] = row.overBest;
     if (row.question == kFreshPairs)

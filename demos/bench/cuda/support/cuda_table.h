@@ -26,7 +26,7 @@ struct CudaRow
     double gpuMs = 0, endToEndMs = 0;  ///< medians
     double p90Ms = 0, maxMs = 0;       ///< of the same times
     std::uint64_t lateFrames = 0;      ///< for pairs: searched twice, for lack of room
-    double behindMs = 0;               ///< for updates: mean time that the device works after them
+    double afterUpdateMs = 0;          ///< for updates: mean time that the device works after them
     double overBest = 0;               ///< for bench cuda --orders, for the automatic choice
     LeastBytes moved;
 };
