@@ -6,6 +6,9 @@
 
 namespace cullet
 {
+/// In the place of a row: none.
+inline constexpr std::uint32_t kNoRow = 0xffffffffu;
+
 /// Two rows of the proxy table, unordered, found to overlap.
 struct RowPair
 {

@@ -46,6 +46,7 @@ void add(const IsaGjkStats& from, IsaGjkStats& to)
 {
     to.separatedTotal += from.separatedTotal;
     to.touchingTotal += from.touchingTotal;
+    to.depthsTotal += from.depthsTotal;
     to.notConvergedTotal += from.notConvergedTotal;
     to.delegatedTotal += from.delegatedTotal;
     to.exactTotal += from.exactTotal;

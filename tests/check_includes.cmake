@@ -110,14 +110,11 @@ room(plugin/convex MAY base base/threads broad narrow/math narrow/hull narrow/gj
 room(plugin MAY base base/threads broad broad/queries cuda plugin/core plugin/pair_cache plugin/proxies plugin/pair_sync plugin/shapes
     plugin/contact plugin/convex)
 
-# Against those arrows still: parts of one class in several rooms, options in the header that users include, and the scan of columns
-# that others use for their lists.
+# Against those arrows still: parts of one class in several rooms, and options in the header that users include.
 set(back_edges
     "broad/grid/grid_backend.cpp broad/comparison/cell_grid_backend.h"
     "broad/grid/moving/[a-z_]+.cpp broad/grid/column_grid_backend.h"
     "broad/grid/resting/[a-z_]+.cpp broad/grid/column_grid_backend.h"
-    "broad/pairs/restart_rows.h broad/grid/columns/column_soa.h"
-    "broad/psap/data/pair_lists.h broad/grid/columns/column_soa.h"
     "broad/psap/update/upload_steps.h broad/psap/verlet/neighbour_steps.h"
     "plugin/convex/[a-z_]+.(h|cpp) plugin/isa_gjk.h"
     "plugin/pair_sync/(backend_choice|pair_sync).h plugin/broadphase.h"

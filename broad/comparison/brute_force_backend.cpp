@@ -3,6 +3,7 @@
 #include "cullet/broad/comparison/brute_force_backend.h"
 
 #include "cullet/broad/pairs/pair_diff.h"
+#include "cullet/broad/row_pair.h"
 
 #include <algorithm>
 #include <limits>
@@ -12,9 +13,8 @@ namespace cullet
 {
 namespace
 {
-constexpr std::size_t kBlock =
-    16;  // boxes tested together; a constant, so that the compiler vectorises the loop
-constexpr std::uint32_t kNoRow = std::numeric_limits<std::uint32_t>::max();
+// Boxes tested together; a constant, so that the compiler vectorises the loop.
+constexpr std::size_t kBlock = 16;
 }  // namespace
 
 void BruteForceBackend::gatherValidBoxes(const ProxyView& proxies)

@@ -3,17 +3,14 @@
 #pragma once
 
 #include "cullet/broad/backend.h"
-#include "cullet/broad/grid/columns/column_soa.h"
 #include "cullet/broad/pairs/pair_diff.h"
+#include "cullet/broad/row_pair.h"
 
 #include <cstdint>
-#include <limits>
 #include <vector>
 
 namespace cullet
 {
-inline constexpr std::uint32_t kNoRow = std::numeric_limits<std::uint32_t>::max();
-
 /// Finds the rows of pairs given to Backend::restart(); kNoRow for ids without a valid box. O(rows + pairs); O(1)
 /// without pairs.
 std::vector<KeyedPair> findRowsOf(const Pairs& known, const ProxyView& proxies);

@@ -480,8 +480,7 @@ private:
     bool m_isFresh = true;
     Pairs m_known;                          ///< pairs handed over by restart()
     std::vector<std::uint64_t> m_vanished;  ///< ids of known pairs whose proxies no longer exist
-    bool m_hadFilters = false;
-    bool m_retestAll = false;
+    bool m_hadFilters = false, m_retestAll = false;
     float m_margin = 0;
 
     std::uint32_t m_rowsSettled = 0;  ///< rows settled before the upload is complete

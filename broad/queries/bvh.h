@@ -5,15 +5,13 @@
 #include "cullet/broad/aabb.h"
 #include "cullet/broad/proxy_table.h"
 #include "cullet/broad/queries/query_kernels.h"
+#include "cullet/broad/row_pair.h"
 
 #include <cstdint>
 #include <vector>
 
 namespace cullet
 {
-/// Value of a leaf's lane without a row.
-inline constexpr ProxyId kNoRow = 0xFFFFFFFFu;
-
 /// Boxes with coordinates beyond this (Bullet's static planes extend to 1e18) are not stored in a tree: every query
 /// would enter each node above them.
 inline constexpr float kMaxTreeCoordinate = 1e15f;

@@ -4,7 +4,7 @@
 
 #include "cullet/broad/backend.h"
 #include "cullet/broad/boxes/aabb_simd.h"
-#include "cullet/broad/grid/columns/column_soa.h"
+#include "cullet/broad/row_pair.h"
 
 #include <cstdint>
 #include <vector>

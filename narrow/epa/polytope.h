@@ -234,11 +234,6 @@ private:
         return highest;
     }
 
-    static bool hasCorner(const Corners& c, std::int16_t vertex)
-    {
-        return (int{c[0] == vertex} | int{c[1] == vertex} | int{c[2] == vertex}) != 0;
-    }
-
     bool isEdge(std::int16_t one, std::int16_t other) const
     {
         for (int i = 0; i < m_faceCount; ++i)

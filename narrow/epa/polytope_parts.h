@@ -23,6 +23,12 @@ struct PolytopeParts
         int index;  ///< among the faces; valid until the polytope changes
     };
 
+    /// Without a branch for each corner.
+    static bool hasCorner(const Corners& c, std::int16_t vertex)
+    {
+        return (int{c[0] == vertex} | int{c[1] == vertex} | int{c[2] == vertex}) != 0;
+    }
+
     struct Foot
     {
         Corners vertex;

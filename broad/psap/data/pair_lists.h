@@ -4,9 +4,9 @@
 
 #include "cullet/broad/aabb.h"
 #include "cullet/broad/backend.h"
-#include "cullet/broad/grid/columns/column_soa.h"
 #include "cullet/broad/host_device.h"
 #include "cullet/broad/psap/data/device_boxes.h"
+#include "cullet/broad/row_pair.h"
 
 #include <cstdint>
 
