@@ -201,7 +201,7 @@ private:
         m_exec.mark();
         enqueueNextListEarly();
         m_exec.awaitMark();
-        collectCounts();
+        m_counts = m_output.counters();
         if (!m_neighbours.collectResult())
             return searchInstead();
         while (m_counts.lists.added > m_added.size())
@@ -417,16 +417,15 @@ private:
     {
         m_output.enqueue(m_exec, lists(), m_rows.largestId(), delta);
         m_exec.wait();
-        collectCounts();
+        m_counts = m_output.counters();
         m_undecided.setFree(lists().areComplete(m_counts.lists));
     }
-
-    void collectCounts() { m_counts = m_output.counters(); }
 
     /// Collects the changes and assembles the new held pairs.
     void collectChanges(PairDelta& delta)
     {
-        m_output.take(m_exec, lists(), m_rows.largestId(), makeRoomForHeld(), delta);
+        const bool wasKeptTooShort = makeRoomForHeld();
+        m_output.take(m_exec, lists(), m_rows.largestId(), wasKeptTooShort, delta);
         addExpired(m_vanished, delta.removed);
         adoptHeld();
         m_neighbours.recordUpdate(m_heldCount);
