@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <utility>
 #include <vector>
 
 namespace cullet
@@ -34,11 +35,12 @@ public:
         m_boxes.push_back(box);
     }
 
-    /// To be called once, after the last add().
+    /// To be called once, after the last add(). A total order, since standard libraries sort equal elements differently.
     void sort()
     {
         std::sort(m_boxes.begin(), m_boxes.end(),
-                  [](const Box& p, const Box& q) { return p.low[0] < q.low[0]; });
+                  [](const Box& p, const Box& q)
+                  { return std::make_pair(p.low[0], p.arc) < std::make_pair(q.low[0], q.arc); });
     }
 
     /// Calls found(i, j) for arcs i of a and j of b, numbered in the order of add(), whose boxes overlap: once for each

@@ -31,7 +31,10 @@ void makeHull(btConvexHullShape& hull, std::mt19937& random)
 {
     std::normal_distribution<btScalar> normal;
     for (int i = 0; i < 32; ++i)
-        hull.addPoint(btVector3(normal(random), normal(random), normal(random)).normalized() * btScalar(0.4));
+    {
+        const btScalar x = normal(random), y = normal(random), z = normal(random);
+        hull.addPoint(btVector3(x, y, z).normalized() * btScalar(0.4));
+    }
 }
 
 class Rain
