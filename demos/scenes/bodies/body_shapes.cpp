@@ -41,8 +41,10 @@ btQuaternion randomRotation(SplitMix64& random)
     btQuaternion rotation;
     do
     {
-        rotation = btQuaternion(btScalar(random.uniform(-1, 1)), btScalar(random.uniform(-1, 1)),
-                                btScalar(random.uniform(-1, 1)), btScalar(random.uniform(-1, 1)));
+        // In the order in which GCC evaluates arguments, which recorded hashes rely on.
+        const float w = random.uniform(-1, 1), z = random.uniform(-1, 1);
+        const float y = random.uniform(-1, 1), x = random.uniform(-1, 1);
+        rotation = btQuaternion(btScalar(x), btScalar(y), btScalar(z), btScalar(w));
     } while (rotation.length2() > btScalar(1) || rotation.length2() < btScalar(0.01));
     return rotation.normalize();
 }

@@ -45,8 +45,9 @@ void BodyWorld::addBodies(const BodyShapes& shapes)
         const std::uint32_t layer = i / (columns * columns);
         const btVector3 cell(btScalar(i % columns) - centre, btScalar(layer),
                              btScalar(i / columns % columns) - centre);
-        const btVector3 shift(btScalar(random.uniform(-0.1f, 0.1f)), 0,
-                              btScalar(random.uniform(-0.1f, 0.1f)));
+        // In the order in which GCC evaluates arguments, which recorded hashes rely on.
+        const float shiftZ = random.uniform(-0.1f, 0.1f), shiftX = random.uniform(-0.1f, 0.1f);
+        const btVector3 shift(btScalar(shiftX), 0, btScalar(shiftZ));
         const btTransform transform(randomRotation(random),
                                     cell * kSpacing + shift + btVector3(0, btScalar(1.2), 0));
         addBody(*shapes.at(random.below(shapes.size())), 1, transform);

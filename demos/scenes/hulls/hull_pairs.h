@@ -79,7 +79,9 @@ template <class S>
 void perturb(PairScene<S>& scene, double step, std::mt19937& engine)
 {
     std::uniform_real_distribution<double> angle(0.017, 0.05);
-    const Eigen::Matrix3d turn = Eigen::AngleAxisd(angle(engine), randomDirection(engine)).toRotationMatrix();
+    // In the order in which GCC evaluates arguments, which recorded counts rely on.
+    const Eigen::Vector3d axis = randomDirection(engine);
+    const Eigen::Matrix3d turn = Eigen::AngleAxisd(angle(engine), axis).toRotationMatrix();
     const Eigen::Quaterniond q((turn * scene.b.basis.template cast<double>()).eval());
     scene.b.basis = q.normalized().toRotationMatrix().template cast<S>();
     scene.b.origin += (step * randomDirection(engine)).template cast<S>();
