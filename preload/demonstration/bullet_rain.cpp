@@ -32,7 +32,8 @@ void makeHull(btConvexHullShape& hull, std::mt19937& random)
     std::normal_distribution<btScalar> normal;
     for (int i = 0; i < 32; ++i)
     {
-        const btScalar x = normal(random), y = normal(random), z = normal(random);
+        // In the order in which GCC evaluates arguments.
+        const btScalar z = normal(random), y = normal(random), x = normal(random);
         hull.addPoint(btVector3(x, y, z).normalized() * btScalar(0.4));
     }
 }
