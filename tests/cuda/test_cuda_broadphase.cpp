@@ -33,7 +33,7 @@ public:
         for (std::uint32_t i = 0; i < count; ++i)
         {
             Body body;
-            body.centre = vec(place(), place(), place());
+            body.centre = place();
             // Three of four bodies pair with every body whose mask allows it.
             const bool isPicky = m_random.below(4) == 0;
             const int group = 1 << m_random.below(4);
@@ -59,7 +59,7 @@ public:
     {
         for (Body& body : m_bodies)
         {
-            body.centre += vec(way(), way(), way());
+            body.centre += way();
             moveCube(device, body.onDevice, body.centre);
             moveCube(oracle, body.inOracle, body.centre);
         }
@@ -113,8 +113,8 @@ private:
         btBroadphaseProxy* inOracle;
     };
 
-    double place() { return static_cast<double>(m_random.between(0, static_cast<float>(kSide))); }
-    double way() { return static_cast<double>(m_random.between(-0.2f, 0.2f)); }
+    btVector3 place() { return vec(m_random.point(0, static_cast<float>(kSide))); }
+    btVector3 way() { return vec(m_random.point(-0.2f, 0.2f)); }
 
     Random m_random{11};
     std::vector<Body> m_bodies;

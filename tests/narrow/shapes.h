@@ -55,6 +55,15 @@ inline std::array<std::int32_t, 4> seedOf(const Points& points)
     return seed;
 }
 
+/// Three draws, from the last coordinate to the first: in the order in which GCC evaluates arguments, which
+/// recorded counts rely on.
+template <class Distribution>
+Eigen::Vector3d drawVector(Distribution& distribution, std::mt19937& engine)
+{
+    const double z = distribution(engine), y = distribution(engine), x = distribution(engine);
+    return {x, y, z};
+}
+
 inline Points withDuplicatesAndInterior(Points points, unsigned seed)
 {
     std::mt19937 engine(seed);

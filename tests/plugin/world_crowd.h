@@ -106,8 +106,7 @@ public:
         {
             btCollisionShape* shape = shapes.shapes[std::size_t(i) % shapes.shapes.size()].get();
             const btVector3 cell = vec(1.4 * (i % 21), 0.9 + 1.4 * (i / 441), 1.4 * (i / 21 % 21));
-            add(shape, i % 11 == 0 ? 0 : 1,
-                cell + vec(random.between(0, 0.2), random.between(0, 0.2), random.between(0, 0.2)));
+            add(shape, i % 11 == 0 ? 0 : 1, cell + vec(random.point(0, 0.2f)));
             btRigidBody& body = *bodies.back();
             body.setLinearVelocity(vec(random.between(-2, 2), 0, i % 50 == 1 ? 200 : 0));
             body.setAngularVelocity(vec(0, random.between(-3, 3), 1));

@@ -5,6 +5,7 @@
 #include "cullet/broad/aabb.h"
 #include "cullet/broad/backend.h"
 
+#include <array>
 #include <limits>
 
 namespace cullet::test
@@ -19,6 +20,11 @@ inline constexpr Filter kEverything = {1, -1};
 inline Aabb boxAt(float x, float y, float z, float half = 0.5f)
 {
     return {{x - half, y - half, z - half}, {x + half, y + half, z + half}};
+}
+
+inline Aabb boxAt(const std::array<float, 3>& centre, float half = 0.5f)
+{
+    return boxAt(centre[0], centre[1], centre[2], half);
 }
 
 /// Box with the same interval on every axis.
@@ -36,5 +42,10 @@ inline Aabb translated(Aabb box, float x, float y, float z)
         box.max[axis] += shift[axis];
     }
     return box;
+}
+
+inline Aabb translated(const Aabb& box, const std::array<float, 3>& shift)
+{
+    return translated(box, shift[0], shift[1], shift[2]);
 }
 }  // namespace cullet::test

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <random>
@@ -25,13 +26,21 @@ public:
     /// [low, high), rounded like any float product and sum.
     float between(float low, float high) { return low + (high - low) * unit(); }
 
+    /// Three of between(), from the last to the first: in the order in which GCC evaluates arguments, which
+    /// recorded hashes rely on.
+    std::array<float, 3> point(float low, float high)
+    {
+        const float z = between(low, high), y = between(low, high), x = between(low, high);
+        return {x, y, z};
+    }
+
     bool chance(float probability) { return unit() < probability; }
 
     /// About log-uniform in [2^low, 2^high), without the math library's pow(), whose last bit differs.
     float logUniform(int low, int high)
     {
-        return std::ldexp(1.0f + unit(),
-                          low + static_cast<int>(below(static_cast<std::uint32_t>(high - low))));
+        const int exponent = low + static_cast<int>(below(static_cast<std::uint32_t>(high - low)));
+        return std::ldexp(1.0f + unit(), exponent);
     }
 
 private:

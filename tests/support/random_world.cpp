@@ -81,8 +81,9 @@ Filter RandomWorld::randomFilter()
 
 void RandomWorld::create()
 {
-    m_rows.push_back(m_table.create(m_random.chance(options.special) ? specialBox() : randomBox(), m_nextId++,
-                                    randomFilter()));
+    const Filter filter = randomFilter();
+    const Aabb box = m_random.chance(options.special) ? specialBox() : randomBox();
+    m_rows.push_back(m_table.create(box, m_nextId++, filter));
     ++m_counts.created;
 }
 

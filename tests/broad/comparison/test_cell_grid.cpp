@@ -271,8 +271,8 @@ TEST(CellGrid, TouchesFiveTimesFewerCellsOnUpdateThanOnRemoveAndAdd)
         {
             for (std::uint32_t row = 0; row < 100; ++row)
             {
-                boxes[row] =
-                    translated(boxes[row], random.between(-0.05f, 0.05f), random.between(-0.05f, 0.05f), 0);
+                const float y = random.between(-0.05f, 0.05f), x = random.between(-0.05f, 0.05f);
+                boxes[row] = translated(boxes[row], x, y, 0);
                 grid.updateBox(row, boxes[row]);
             }
         }

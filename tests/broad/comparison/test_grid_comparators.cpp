@@ -116,8 +116,8 @@ TEST(CountedPairs, EqualPairsThatShareCellAtCoarserLevel)
     CellGrid grid(options);
     const auto randomBox = [&]
     {
-        return boxAt(random.between(-10, 10), random.between(-10, 10), random.between(-10, 10),
-                     random.logUniform(-3, 2));
+        const float half = random.logUniform(-3, 2);
+        return boxAt(random.point(-10, 10), half);
     };
     for (std::uint32_t row = 0; row < 60; ++row)
         grid.addBox(row, randomBox());
@@ -157,8 +157,8 @@ TEST(OnePointPlacement, StoresABoxOnceAndSearchesEightCellsOfItsLevel)
     for (std::uint32_t row = 0; row < 300; ++row)
     {
         // One level: sizes from 0.5 to 1 in cells of 2.
-        grid.addBox(row, boxAt(random.between(-5, 5), random.between(-5, 5), random.between(-5, 5),
-                               random.between(0.26f, 0.5f)));
+        const float half = random.between(0.26f, 0.5f);
+        grid.addBox(row, boxAt(random.point(-5, 5), half));
         const std::uint64_t before = grid.counters().visitedTotal;
         grid.forEachNeighbour(row, [&](std::uint32_t) { ++neighbours; });
         ASSERT_LE(grid.counters().visitedTotal - before, 8u);
@@ -182,8 +182,8 @@ CloudCost runCoherentCloud(const GridOptions& options)
     std::vector<Aabb> boxes;
     for (int i = 0; i < 500; ++i)
     {
-        boxes.push_back(boxAt(random.between(0, 16), random.between(0, 16), random.between(0, 16),
-                              random.logUniform(-3, 0)));
+        const float half = random.logUniform(-3, 0);
+        boxes.push_back(boxAt(random.point(0, 16), half));
         session.add(boxes.back());
     }
     EXPECT_TRUE(session.step());
@@ -192,8 +192,8 @@ CloudCost runCoherentCloud(const GridOptions& options)
     {
         for (std::uint32_t row = 0; row < boxes.size(); ++row)
         {
-            boxes[row] =
-                translated(boxes[row], random.between(-0.02f, 0.02f), random.between(-0.02f, 0.02f), 0);
+            const float y = random.between(-0.02f, 0.02f), x = random.between(-0.02f, 0.02f);
+            boxes[row] = translated(boxes[row], x, y, 0);
             session.table.setBox(row, boxes[row]);
         }
         EXPECT_TRUE(session.step());
@@ -285,7 +285,7 @@ TEST(LeGrandBackend, ConcentratesTestsInOneCellWhenSizesOrPositionsAreUneven)
         for (int i = 0; i < 1000; ++i)
         {
             const float side = scene == 1 && i % 2 == 0 ? 2.0f : 20.0f;
-            session.add(boxAt(random.between(0, side), random.between(0, side), random.between(0, side)));
+            session.add(boxAt(random.point(0, side)));
         }
         if (scene == 2)
             session.add(boxAt(10, 10, 10, 8));

@@ -285,7 +285,8 @@ TEST(SapBackend, MakesMostSwapsOnAxisAlongWhichPileIsLayered)
     std::vector<Aabb> home;
     for (std::uint32_t i = 0; i < 500; ++i)
     {
-        home.push_back(boxAt(random.between(0, 12), static_cast<float>(i / 100), random.between(0, 12)));
+        const float z = random.between(0, 12), x = random.between(0, 12);
+        home.push_back(boxAt(x, static_cast<float>(i / 100), z));
         session.add(home.back());
     }
     ASSERT_TRUE(session.step());
@@ -293,9 +294,7 @@ TEST(SapBackend, MakesMostSwapsOnAxisAlongWhichPileIsLayered)
     for (int step = 0; step < 10; ++step)
     {
         for (std::uint32_t row = 0; row < home.size(); ++row)
-            session.table.setBox(
-                row, translated(home[row], random.between(-0.01f, 0.01f), random.between(-0.01f, 0.01f),
-                                random.between(-0.01f, 0.01f)));
+            session.table.setBox(row, translated(home[row], random.point(-0.01f, 0.01f)));
         ASSERT_TRUE(session.step());
         for (int axis = 0; axis < 3; ++axis)
             swaps[axis] += session.backend().stats().swaps[axis];

@@ -129,7 +129,8 @@ TEST(CellOf, IsMonotonicOverTheWholeRange)
     int saturated = 0;
     for (int i = 0; i < 100000; ++i)
     {
-        float a = random.logUniform(-149, 31) * (random.chance(0.5f) ? 1.0f : -1.0f);
+        const float magnitude = random.logUniform(-149, 31);
+        float a = magnitude * (random.chance(0.5f) ? 1.0f : -1.0f);
         float b = random.chance(0.3f) ? std::nextafter(a, kInfinity) : random.between(-1e9f, 1e9f);
         if (a > b)
             std::swap(a, b);
@@ -165,7 +166,8 @@ TEST(UniformGrid, EqualsBruteForceOnTenThousandScenes)
     std::size_t emptyScenes = 0;
     for (int scene = 0; scene < 10000; ++scene)
     {
-        UniformGrid grid(static_cast<int>(random.below(3)) - 1, random.below(4));
+        const std::uint32_t bucketCount = random.below(4);
+        UniformGrid grid(static_cast<int>(random.below(3)) - 1, bucketCount);
         std::vector<Aabb> boxes;
         for (std::uint32_t row = 0; row < 7; ++row)
         {
@@ -192,8 +194,8 @@ TEST(UniformGrid, KeepsNoIdAndNoCellWhenAllBoxesAreRemoved)
         std::vector<std::uint32_t> rows;
         for (std::uint32_t row = 0; row < 300; ++row)
         {
-            grid.addBox(row, randomBox(random, 10, 3),
-                        random.chance(0.5f) ? UniformGrid::Mark::Bold : UniformGrid::Mark::Regular);
+            const auto mark = random.chance(0.5f) ? UniformGrid::Mark::Bold : UniformGrid::Mark::Regular;
+            grid.addBox(row, randomBox(random, 10, 3), mark);
             rows.push_back(row);
             if (random.chance(0.3f))
                 grid.updateBox(row, randomBox(random, 10, 3));
@@ -229,10 +231,13 @@ TEST(UniformGrid, TouchesOnlyCellsThatUpdatedBoxEntersOrLeaves)
     for (int move = 0; move < 100000; ++move)
     {
         const std::uint32_t row = random.below(30);
+        const auto nudged = [&](const Aabb& from)
+        {
+            const float y = random.between(-0.3f, 0.3f), x = random.between(-0.3f, 0.3f);
+            return translated(from, x, y, 0);
+        };
         const bool isSmall = random.chance(0.9f);
-        const Aabb box =
-            isSmall ? translated(boxes[row], random.between(-0.3f, 0.3f), random.between(-0.3f, 0.3f), 0)
-                    : randomBox(random, 4, 3);
+        const Aabb box = isSmall ? nudged(boxes[row]) : randomBox(random, 4, 3);
         const CellRange before = cellsOf(boxes[row], 0);
         const CellRange after = cellsOf(box, 0);
         const std::uint64_t common = cellCount(intersection(before, after));

@@ -60,11 +60,13 @@ struct RandomColumn
         std::vector<Aabb> boxes(firstId);
         for (std::uint32_t i = 0; i < count; ++i)
         {
-            boxes.push_back(boxAt(random.between(-30, 30), random.between(-2, 2), random.between(-2, 2),
-                                  random.chance(0.1f) ? 4.0f : 0.75f));
+            const float half = random.chance(0.1f) ? 4.0f : 0.75f;
+            const float z = random.between(-2, 2), y = random.between(-2, 2), x = random.between(-30, 30);
+            boxes.push_back(boxAt(x, y, z, half));
             if (random.chance(0.02f))
                 boxes.back().max[0] = kInfinity;
-            proxyRows.push_back((firstId + i) | tagRow(0, random.chance(0.5f), random.chance(0.5f)));
+            const bool startsZ = random.chance(0.5f), startsY = random.chance(0.5f);
+            proxyRows.push_back((firstId + i) | tagRow(0, startsY, startsZ));
         }
         proxyRows.resize(count + 4);
         pool.resize(count + 8);
@@ -194,7 +196,7 @@ struct Motions
 /// An empty, unbounded or far box, one on the borders of cells, or any box.
 Aabb randomBox(Random& random)
 {
-    Aabb box = boxAt(random.between(-9, 9), random.between(-9, 9), random.between(-9, 9));
+    Aabb box = boxAt(random.point(-9, 9));
     const std::uint32_t kind = random.below(12);
     if (kind == 0)
         box.max[random.below(3)] = kInfinity;
@@ -203,7 +205,10 @@ Aabb randomBox(Random& random)
     if (kind == 2)
         box = translated(box, 0, 3e9f, -1e20f);
     if (kind > 6)
-        box = cube(static_cast<float>(random.below(9)) - 4, static_cast<float>(random.below(4)));
+    {
+        const auto max = static_cast<float>(random.below(4));
+        box = cube(static_cast<float>(random.below(9)) - 4, max);
+    }
     return box;
 }
 
@@ -298,8 +303,7 @@ BackendStats statsOfMovers(std::uint32_t movers, int updates)
     ProxyTable table;
     Random random(33);
     for (std::uint32_t i = 0; i < 20000; ++i)
-        table.create(boxAt(random.between(0, 60), random.between(0, 60), random.between(0, 60)), i + 1,
-                     {1, -1});
+        table.create(boxAt(random.point(0, 60)), i + 1, {1, -1});
     PairDelta delta;
     for (int update = 0; update < updates; ++update)
     {

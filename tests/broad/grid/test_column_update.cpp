@@ -306,8 +306,7 @@ int restingUpdatesOf(bool isFresh)
     ProxyTable table;
     Random random(28);
     for (std::uint32_t i = 0; i < kCount; ++i)
-        table.create(boxAt(random.between(0, 40), random.between(0, 40), random.between(0, 40)), i + 1,
-                     {1, -1});
+        table.create(boxAt(random.point(0, 40)), i + 1, {1, -1});
     PairDelta delta;
     int settled = 0;
     for (std::uint32_t update = 0; update < 30; ++update)
@@ -356,7 +355,10 @@ Pairs fillLists(Random& random, std::uint32_t ids, std::uint32_t firsts, std::si
 {
     std::vector<std::uint64_t> keys;
     for (std::size_t i = 0; i < count; ++i)
-        keys.push_back(std::uint64_t{ids - 1 - random.below(firsts)} << 32 | random.below(ids));
+    {
+        const std::uint64_t first = ids - 1 - random.below(firsts);
+        keys.push_back(first << 32 | random.below(ids));
+    }
     std::sort(keys.begin(), keys.end());
     keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
     const std::size_t twice = keys.size() / 3;
@@ -430,7 +432,10 @@ TEST(PairSort, EqualsSortingByComparisons)
         {
             std::vector<std::uint64_t> keys(count);
             for (std::uint64_t& key : keys)
-                key = std::uint64_t{random.below(ids)} << 32 | (ids - 1 - random.below(ids));
+            {
+                key = std::uint64_t{random.below(ids)} << 32;
+                key |= ids - 1 - random.below(ids);
+            }
             Pairs expected(count);
             std::transform(keys.begin(), keys.end(), expected.begin(), pairOfKey);
             std::sort(expected.begin(), expected.end());

@@ -83,8 +83,7 @@ TEST(GridPlan, AddsNoLevelForSingleGiantInSample)
     ProxyTable table;
     table.create(cube(-100, 200), 1, kEverything);  // the first row is in every sample
     for (std::uint32_t id = 2; id <= 20000; ++id)
-        table.create(boxAt(random.between(0, 87), random.between(0, 87), random.between(0, 87)), id,
-                     kEverything);
+        table.create(boxAt(random.point(0, 87)), id, kEverything);
     PairDelta delta;
     ASSERT_EQ(backend->update(table.beginUpdate(0, true), delta), Status::Ok);
     EXPECT_GT(delta.added.size(), 20000u);

@@ -50,7 +50,8 @@ protected:
     {
         for (std::size_t i = 0; i < kPairs; ++i)
         {
-            Aabb low = boxAt(coordinate(), coordinate(), coordinate());
+            const float z = coordinate(), y = coordinate(), x = coordinate();
+            Aabb low = boxAt(x, y, z);
             const int axis = static_cast<int>(i % 3);
             Aabb high = low;
             high.min[axis] = low.max[axis];

@@ -45,7 +45,10 @@ public:
     Wanderers(BackendSession& session, float fastest) : m_session(session), m_fastest(fastest)
     {
         for (std::uint32_t i = 0; i < kResting; ++i)
-            m_resting.push_back(session.add(i == 0 ? endless() : randomBox(), randomFilter()));
+        {
+            const Filter filter = randomFilter();
+            m_resting.push_back(session.add(i == 0 ? endless() : randomBox(), filter));
+        }
         for (std::uint32_t i = 0; i < kWandering; ++i)
             m_wandering.push_back(newcomer());
     }
@@ -59,12 +62,16 @@ public:
             return;
         // Some resting boxes teleport, or move within their skins; some are destroyed, and others created.
         for (int i = 0; i < 2; ++i)
-            m_session.table.setBox(m_resting[1 + m_random.below(kResting - 1)], randomBox());
+        {
+            const Aabb box = randomBox();
+            m_session.table.setBox(m_resting[1 + m_random.below(kResting - 1)], box);
+        }
         if (m_random.chance(0.3f))
         {
             ProxyId& one = m_resting[1 + m_random.below(kResting - 1)];
             m_session.table.destroy(one);
-            one = m_session.add(randomBox(), randomFilter());
+            const Filter filter = randomFilter();
+            one = m_session.add(randomBox(), filter);
         }
         if (m_random.chance(0.3f))
         {
@@ -92,7 +99,7 @@ private:
 
     Aabb randomBox()
     {
-        Aabb box = boxAt(m_random.between(0, kSide), m_random.between(0, kSide), m_random.between(0, kSide));
+        Aabb box = boxAt(m_random.point(0, kSide));
         // Some boxes are points and plates.
         if (m_random.chance(0.1f))
             box.max[m_random.below(3)] = kSide;
@@ -114,7 +121,8 @@ private:
     {
         constexpr float kSpeeds[] = {0.01f, 0.05f, 0.1f, 0.1f, 0.5f, 3.0f};
         const float speed = std::min(kSpeeds[m_random.below(6)], m_fastest);
-        Wanderer wanderer = {m_session.add(randomBox(), randomFilter()), {}, m_random.chance(0.2f)};
+        const Filter filter = randomFilter();
+        Wanderer wanderer = {m_session.add(randomBox(), filter), {}, m_random.chance(0.2f)};
         for (float& component : wanderer.velocity)
             component = m_random.between(-speed, speed);
         return wanderer;

@@ -21,13 +21,12 @@ namespace
 {
 Aabb randomBox(Random& random, float side)
 {
-    return boxAt(random.between(0, side), random.between(0, side), random.between(0, side));
+    return boxAt(random.point(0, side));
 }
 
 Aabb jittered(const Aabb& box, Random& random, float stride)
 {
-    return translated(box, random.between(-stride, stride), random.between(-stride, stride),
-                      random.between(-stride, stride));
+    return translated(box, random.point(-stride, stride));
 }
 
 TEST(RestingMode, FindsBoxesOutsideTheirSkinsWithEveryKernelSet)
@@ -83,7 +82,8 @@ TEST(RestingMode, FindsEveryListedPairThatChangesWithEveryKernelSet)
     for (int i = 0; i < 4000; ++i)
     {
         constexpr State kStates[] = {State::Overlapping, State::Candidate, State::Expired};
-        pairs.add({random.below(300), random.below(300)}, kStates[random.below(3)]);
+        const State state = kStates[random.below(3)];
+        pairs.add({random.below(300), random.below(300)}, state);
     }
     const auto changes = [&](std::uint32_t index)
     {

@@ -71,7 +71,8 @@ TEST(SortedPairs, ContainsAndErasesSameKeysAsSet)
         std::size_t hits = 0;
         for (int i = 0; i < 2000; ++i)
         {
-            const std::uint64_t key = PairSet::keyOf(random.below(rows + 5), random.below(rows + 5));
+            const std::uint32_t b = random.below(rows + 5), a = random.below(rows + 5);
+            const std::uint64_t key = PairSet::keyOf(a, b);
             questions.push_back(key);
             hits += keys.count(key);
         }

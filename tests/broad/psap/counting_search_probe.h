@@ -121,8 +121,11 @@ inline std::vector<Aabb> cubesIn(std::uint32_t count, float volume, Random& rand
     const float side = std::cbrt(volume * static_cast<float>(count) / (x * y * z));
     std::vector<Aabb> boxes;
     for (std::uint32_t i = 0; i < count; ++i)
-        boxes.push_back(
-            boxAt(random.between(0, x * side), random.between(0, y * side), random.between(0, z * side)));
+    {
+        // From z to x, as Random::point().
+        const float atZ = random.between(0, z * side), atY = random.between(0, y * side);
+        boxes.push_back(boxAt(random.between(0, x * side), atY, atZ));
+    }
     return boxes;
 }
 
@@ -131,7 +134,7 @@ inline std::vector<Aabb> cubesIn(std::uint32_t count, float volume, Random& rand
 inline void makeSomeUnplanned(std::vector<Aabb>& boxes, Random& random)
 {
     for (std::uint32_t i = 0; i < 10; ++i)
-        boxes[100 * i] = boxAt(random.between(0, 16), random.between(0, 16), random.between(0, 16), 1.5f);
+        boxes[100 * i] = boxAt(random.point(0, 16), 1.5f);
     for (std::uint32_t i = 0; i < 3; ++i)
         boxes[100 * i + 1] = boxAt(random.between(-1e6f, 1e6f), 0, 0, 40);
     boxes[7] = boxes[8] = boxAt(1e7f, 0, 0);

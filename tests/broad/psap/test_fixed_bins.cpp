@@ -43,7 +43,8 @@ TEST(PsapBins, AreNotUsedWhenManyPairsAreExpected)
     Random random(10);
     const std::vector<Aabb> cubes = cubesIn(1000, 4, random);
     WatchedSearch ofOneSize;
-    EXPECT_EQ(ofOneSize.find(cubes, 162000), ofOneSize.find(cubes, 163000));
+    const Pairs found = ofOneSize.find(cubes, 163000);
+    EXPECT_EQ(ofOneSize.find(cubes, 162000), found);
     EXPECT_EQ(ofOneSize.searchesOfBins(), 1);
 
     std::vector<Aabb> boxes;
@@ -93,10 +94,13 @@ TEST(PsapBins, FindEachPairOnceWhenGridHasFewCells)
     {
         std::vector<Aabb> boxes;
         for (std::uint32_t i = 0; i < 60; ++i)
-            boxes.push_back(boxAt(random.between(0, side), random.between(0, side), random.between(0, side)));
+            boxes.push_back(boxAt(random.point(0, side)));
         // Some boxes far outside of the planned range, and a larger one.
         for (std::uint32_t i = 0; i < 6; ++i)
-            boxes.push_back(boxAt(random.between(-9 * side, 9 * side), random.between(0, side), side / 2));
+        {
+            const float y = random.between(0, side), x = random.between(-9 * side, 9 * side);
+            boxes.push_back(boxAt(x, y, side / 2));
+        }
         for (std::uint32_t i = 0; i < 3; ++i)
             boxes.push_back({{random.between(0, side), 0, 0}, {2 * side, side / 3, side / 3}});
         const Pairs expected = everyPair(boxes);

@@ -58,8 +58,8 @@ TEST(PsapSkins, GrowBoxesByAtLeastTheirThickness)
     for (int trial = 0; trial < 100000; ++trial)
     {
         const float scale = std::pow(10.0f, random.between(-6, 6));
-        const Aabb box =
-            anyBox(random, scale, random.between(-1, 1) * std::pow(10.0f, random.between(-6, 8)));
+        const float share = random.between(-1, 1);
+        const Aabb box = anyBox(random, scale, share * std::pow(10.0f, random.between(-6, 8)));
         const float skin = scale * std::pow(10.0f, random.between(-5, 1));
         const Aabb grown = psap::grownBy(box, skin);
         for (int axis = 0; axis < 3; ++axis)

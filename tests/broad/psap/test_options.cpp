@@ -85,7 +85,7 @@ std::vector<Aabb> uniformCubes(std::uint32_t count, float side, Random& random)
 {
     std::vector<Aabb> boxes;
     for (std::uint32_t i = 0; i < count; ++i)
-        boxes.push_back(boxAt(random.between(0, side), random.between(0, side), random.between(0, side)));
+        boxes.push_back(boxAt(random.point(0, side)));
     return boxes;
 }
 
@@ -131,7 +131,10 @@ TEST(PsapSearch, FindsEachPairOnceWhenGridHasFewCells)
         std::vector<Aabb> boxes = uniformCubes(400, side, random);
         // Some boxes far outside of the planned range, and a larger one.
         for (std::uint32_t i = 0; i < 20; ++i)
-            boxes.push_back(boxAt(random.between(-9 * side, 9 * side), random.between(0, side), side / 2));
+        {
+            const float y = random.between(0, side), x = random.between(-9 * side, 9 * side);
+            boxes.push_back(boxAt(x, y, side / 2));
+        }
         for (std::uint32_t i = 0; i < 5; ++i)
             boxes.push_back({{random.between(0, side), 0, 0}, {2 * side, side / 3, side / 3}});
         const Pairs expected = everyPair(boxes);
@@ -203,8 +206,7 @@ TEST(PsapSearch, ProjectsTouchingBoxesToOverlappingOnes)
     {
         // Boxes that touch in one point, at sizes where every product is rounded.
         const float half = random.logUniform(-8, 8);
-        Aabb boxes[2] = {boxAt(random.between(-1000, 1000), random.between(-1000, 1000),
-                               random.between(-1000, 1000), half)};
+        Aabb boxes[2] = {boxAt(random.point(-1000, 1000), half)};
         for (int axis = 0; axis < 3; ++axis)
         {
             boxes[1].min[axis] = boxes[0].max[axis];

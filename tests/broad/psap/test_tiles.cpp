@@ -113,7 +113,7 @@ TEST(PsapTiles, FallBackToCountingWhenTileIsFull)
     const std::vector<Aabb> sparse = cubesIn(70000, 4, random);
     std::vector<Aabb> piled = sparse;
     for (std::uint32_t i = 0; i < 1500; ++i)
-        piled[40 * i] = boxAt(random.between(30, 40), random.between(30, 40), random.between(30, 40));
+        piled[40 * i] = boxAt(random.point(30, 40));
     const Pairs expected = pairsByCounting(piled);
     WatchedSearch search;
     for (int update = 0; update < 20; ++update)
@@ -131,7 +131,7 @@ TEST(PsapTiles, FallBackToCountingWhenTileIsFull)
     EXPECT_EQ(search.find(sparse), pairsByCounting(sparse));
     std::vector<Aabb> heap = sparse;
     for (std::uint32_t i = 0; i < 20000; ++i)
-        heap[3 * i] = boxAt(1 + random.between(0, 14), 1 + random.between(0, 14), 1 + random.between(0, 14));
+        heap[3 * i] = boxAt(random.point(1, 15));
     EXPECT_EQ(search.find(heap), pairsByCounting(heap));
     EXPECT_TRUE(search.wasFull());
     const int searches = search.searchesOfTiles();
@@ -208,7 +208,7 @@ TEST(PsapTiles, FindAllPairsWithPlanOfEarlierFrame)
     EXPECT_FALSE(search.wasFull());
     // More large boxes than the overflow list holds.
     for (std::uint32_t i = 0; i < 40; ++i)
-        boxes[20 * i] = boxAt(random.between(0, 16), random.between(0, 16), random.between(0, 16), 1.5f);
+        boxes[20 * i] = boxAt(random.point(0, 16), 1.5f);
     EXPECT_EQ(search.find(boxes), everyPair(boxes));
     EXPECT_TRUE(search.wasFull());
 }

@@ -76,8 +76,10 @@ std::vector<Aabb> boxesOfManySizes(std::uint32_t count, float side, Random& rand
 {
     std::vector<Aabb> boxes;
     for (std::uint32_t i = 0; i < count; ++i)
-        boxes.push_back(boxAt(random.between(0, side), random.between(0, side), random.between(0, side),
-                              random.logUniform(-6, 3)));
+    {
+        const float half = random.logUniform(-6, 3);
+        boxes.push_back(boxAt(random.point(0, side), half));
+    }
     return boxes;
 }
 
@@ -140,9 +142,9 @@ TEST(WarpSearch, SearchesInHalvesAroundHeap)
     Random random(4);
     std::vector<Aabb> boxes;
     for (int i = 0; i < 700; ++i)
-        boxes.push_back(boxAt(random.between(14, 16), random.between(14, 16), random.between(14, 16), 0.1f));
+        boxes.push_back(boxAt(random.point(14, 16), 0.1f));
     for (int i = 0; i < 200; ++i)
-        boxes.push_back(boxAt(random.between(0, 30), random.between(0, 30), random.between(0, 30), 0.1f));
+        boxes.push_back(boxAt(random.point(0, 30), 0.1f));
     const Found found = searchTogether(boxes, psap::EveryPair{});
     EXPECT_EQ(found.pairs, everyPair(boxes));
     EXPECT_GT(found.largestSum, 512u);

@@ -74,7 +74,10 @@ protected:
     QueryRays()
     {
         for (std::uint32_t i = 0; i < kBoxes; ++i)
-            table.create(boxAt(place(), place(), place(), random.between(0.1f, 2.0f)), i + 1, kEverything);
+        {
+            const float half = random.between(0.1f, 2.0f), z = place(), y = place(), x = place();
+            table.create(boxAt(x, y, z, half), i + 1, kEverything);
+        }
     }
 
     float place() { return GetParam().place + random.between(-10, 10); }

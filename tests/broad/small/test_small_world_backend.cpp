@@ -34,7 +34,7 @@ struct RandomColumns
 
     Aabb randomBox()
     {
-        Aabb box = boxAt(random.between(0, 4), random.between(0, 4), random.between(0, 4));
+        Aabb box = boxAt(random.point(0, 4));
         if (random.chance(0.05f))
             box.max[random.below(3)] = kInfinity;
         return random.chance(0.05f) ? kEmptyAabb : box;
@@ -95,9 +95,7 @@ public:
     void jitter(float reach)
     {
         for (std::size_t i = 0; i < m_rows.size(); ++i)
-            m_session.table.setBox(
-                m_rows[i], translated(m_places[i], m_random.between(-reach, reach),
-                                      m_random.between(-reach, reach), m_random.between(-reach, reach)));
+            m_session.table.setBox(m_rows[i], translated(m_places[i], m_random.point(-reach, reach)));
     }
     void throwOut(std::size_t i) { m_places[i] = translated(m_places[i], 0, 0, 3.0f); }
 

@@ -46,7 +46,8 @@ std::vector<Arc> randomArcs(int count, std::mt19937& engine)
     while (static_cast<int>(arcs.size()) < count)
     {
         const Eigen::Vector3d from = randomDirection(engine);
-        arcs.push_back({from, (from + std::pow(10.0, power(engine)) * randomDirection(engine)).normalized()});
+        const Eigen::Vector3d aside = randomDirection(engine);
+        arcs.push_back({from, (from + std::pow(10.0, power(engine)) * aside).normalized()});
     }
     return arcs;
 }

@@ -5,6 +5,7 @@
 #include "cullet/narrow/epa/epa.h"
 #include "cullet/narrow/epa/exact_penetration.h"
 #include "cullet/narrow/gjk/isa_gjk.h"
+#include "cullet/tests/narrow/any_pair.h"
 #include "cullet/tests/narrow/epa/depth_check.h"
 #include "cullet/tests/narrow/shapes.h"
 
@@ -90,7 +91,7 @@ struct NormalPoints
     std::mt19937& engine;
     std::normal_distribution<double> normal{};
 
-    Eigen::Vector3d operator()() { return Eigen::Vector3d(normal(engine), normal(engine), normal(engine)); }
+    Eigen::Vector3d operator()() { return drawVector(normal, engine); }
 };
 
 /// A point on a segment: at its first end, its second end, or between them.
@@ -256,7 +257,7 @@ void checkMemoryOfAnotherPair()
         SCOPED_TRACE(i);
         // Every fourth query is for a new pair, and the others for a pair that teleports.
         if (i % 4 == 0)
-            scene = randomPair(hulls[engine() % 2], hulls[engine() % 2], -0.1, 0.0, engine);
+            scene = anyPair(hulls, -0.1, 0.0, engine);
         else
             perturb(scene, 0.1, engine);
         const PosedHull<S> a = scene.posedA();
@@ -353,8 +354,8 @@ void checkTouchingBoxes(double tolerance)
     {
         SCOPED_TRACE(i);
         const Eigen::Matrix3d turn = randomRotation(engine);
-        const Eigen::Vector3d halvesA(half(engine), half(engine), half(engine));
-        const Eigen::Vector3d halvesB(half(engine), half(engine), half(engine));
+        const Eigen::Vector3d halvesA = drawVector(half, engine);
+        const Eigen::Vector3d halvesB = drawVector(half, engine);
         Eigen::Vector3d away = halvesA + halvesB;
         for (int axis = i % 3; axis < 2; ++axis)
             away[axis] *= within(engine);
@@ -397,7 +398,8 @@ void checkSplinters()
             points.push_back({normal(engine), 1e-4 * normal(engine), 1e-4 * normal(engine)});
         const Hull<double> splinter = hullOf<double>(moved(points, randomRotation(engine), {0.0, 0.0, 0.0}));
         const Eigen::Matrix3d turn = randomRotation(engine);
-        const Eigen::Vector3d edge(half, half - 0.01 * std::abs(normal(engine)), 0.1 * half * normal(engine));
+        const double z = 0.1 * half * normal(engine), y = half - 0.01 * std::abs(normal(engine));
+        const Eigen::Vector3d edge(half, y, z);
         const PosedHull<double> a(box, turn, {0.0, 0.0, 0.0});
         const PosedHull<double> b(splinter, Eigen::Matrix3d::Identity(), turn * edge);
         GjkCache<double> cache;
@@ -440,8 +442,8 @@ void checkTrianglesInOnePlane(double lean, int* remembered)
     for (int i = 0; i < 2000; ++i)
     {
         SCOPED_TRACE(testing::Message() << "leaning " << lean << ", pair " << i);
-        const Eigen::Vector3d crossing(1 + 0.3 * normal(engine), 0.2 * normal(engine),
-                                       1 + 0.3 * normal(engine));
+        const double z = 1 + 0.3 * normal(engine), y = 0.2 * normal(engine), x = 1 + 0.3 * normal(engine);
+        const Eigen::Vector3d crossing(x, y, z);
         GjkCache<S> cache;
         EpaCache memory;
         const PosedHull<S> crossed(other, randomRotation(engine).cast<S>(), crossing.cast<S>());

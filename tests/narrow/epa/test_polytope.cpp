@@ -5,6 +5,7 @@
 #include "cullet/narrow/epa/level_corner.h"
 #include "cullet/narrow/epa/polytope.h"
 #include "cullet/narrow/gjk/gjk.h"
+#include "cullet/tests/narrow/any_pair.h"
 #include "cullet/tests/narrow/epa/depth_check.h"
 #include "cullet/tests/narrow/shapes.h"
 
@@ -133,7 +134,7 @@ void checkLevelNeighbours()
     {
         const Hull<S>& hull = hulls[static_cast<std::size_t>(i % 2)];
         const PosedHull<S> posed(hull, randomRotation(engine).template cast<S>(), {S(1), S(2), S(3)});
-        const Eigen::Vector3d direction(normal(engine), normal(engine), normal(engine));
+        const Eigen::Vector3d direction = drawVector(normal, engine);
         const std::int32_t vertex = posed.support(direction, -1).vertex;
         std::vector<std::pair<double, std::int32_t>> slopes;
         for (const std::int32_t neighbour : hull.naturalNeighbours(vertex))
@@ -168,8 +169,7 @@ void checkEntries()
     for (int i = 0; i < 900; ++i)
     {
         SCOPED_TRACE(i);
-        const PairScene<S> scene =
-            randomPair(hulls[engine() % hulls.size()], hulls[engine() % hulls.size()], 0.01, 0.0, engine);
+        const PairScene<S> scene = anyPair(hulls, 0.01, 0.0, engine);
         const PosedHull<S> a = scene.posedA(), b = scene.posedB();
         GjkCache<S> cache;
         const GjkResult<S> near = gjkDistance(a, b, S(0.02), cache);

@@ -4,6 +4,7 @@
 #include "cullet/demos/scenes/hulls/hull_pairs.h"
 #include "cullet/narrow/gjk/corner_cone.h"
 #include "cullet/narrow/gjk/gjk.h"
+#include "cullet/tests/narrow/any_pair.h"
 #include "cullet/tests/narrow/shapes.h"
 
 #include <gtest/gtest.h>
@@ -112,8 +113,7 @@ TYPED_TEST(CornerCones, AnswerRightFromAnyVerticesOrNotAtAll)
     {
         SCOPED_TRACE(i);
         const double gaps[] = {1.0, 0.3, 0.05, 1e-3};
-        const PairScene<S> scene = randomPair(hulls[engine() % hulls.size()], hulls[engine() % hulls.size()],
-                                              gaps[engine() % std::size(gaps)], 0.0, engine);
+        const PairScene<S> scene = anyPair(hulls, gaps[engine() % std::size(gaps)], 0.0, engine);
         const PosedHull<S> a = scene.posedA(), b = scene.posedB();
         GjkCache<S> cache = anyCorner(a, b, engine);
         GjkResult<S> result;
@@ -264,8 +264,8 @@ TYPED_TEST(CornerCones, GiveClosestPointsWhenNeighboursHardlySpanCone)
         SCOPED_TRACE(i);
         const double gaps[] = {0.7, 0.05, 1e-3};
         const Hull<S>& other = i % 4 == 3 ? grids[engine() % grids.size()] : hulls[i % 4];
-        const PairScene<S> scene =
-            randomPair(grids[engine() % grids.size()], other, gaps[engine() % std::size(gaps)], 0.0, engine);
+        const double gap = gaps[engine() % std::size(gaps)];
+        const PairScene<S> scene = randomPair(grids[engine() % grids.size()], other, gap, 0.0, engine);
         GjkCache<S> cache = i % 2 == 0 ? GjkCache<S>() : anyCorner(scene.posedA(), scene.posedB(), engine);
         const GjkResult<S> result =
             gjkDistance(scene.posedA(), scene.posedB(), std::numeric_limits<S>::infinity(), cache);
@@ -317,7 +317,8 @@ TEST(CornerCone, LeavesPairsWithTooFewDigitsToGjk)
         scene.hullA = &hulls[static_cast<std::size_t>(i % 3)];
         scene.hullB = &hulls[static_cast<std::size_t>(i / 3 % 3)];
         scene.a = poseOf<double>(randomRotation(engine), Eigen::Vector3d::Zero());
-        scene.b = poseOf<double>(randomRotation(engine), 4.0 * kSize * randomDirection(engine));
+        const Eigen::Vector3d away = 4.0 * kSize * randomDirection(engine);
+        scene.b = poseOf<double>(randomRotation(engine), away);
         GjkCache<double> far;
         const GjkResult<double> gap =
             gjkDistance(scene.posedA(), scene.posedB(), std::numeric_limits<double>::infinity(), far);
@@ -360,8 +361,7 @@ TYPED_TEST(CornerCones, AreAccurateForThinShapesOfDifferentSizes)
     {
         SCOPED_TRACE(i);
         const double sizes[] = {1.0, 1.0, 30.0, 1000.0}, gaps[] = {0.3, 1e-2, 1e-3};
-        PairScene<S> scene = randomPair(hulls[engine() % hulls.size()], hulls[engine() % hulls.size()],
-                                        gaps[engine() % std::size(gaps)], 0.0, engine);
+        PairScene<S> scene = anyPair(hulls, gaps[engine() % std::size(gaps)], 0.0, engine);
         const S size = S(sizes[engine() % std::size(sizes)]);
         // B extends roughly away from A.
         const Eigen::Matrix<S, 3, 1> away = scene.b.origin - scene.a.origin;

@@ -144,8 +144,7 @@ TEST(Gjk, ProvesNoFalseOverlapWhenTetrahedronVolumeUnderflows)
     {
         Points points;
         for (int i = 0; i < 6; ++i)
-            points.push_back(1e-15 *
-                             Eigen::Vector3d(coordinate(engine), coordinate(engine), coordinate(engine)));
+            points.push_back(1e-15 * drawVector(coordinate, engine));
         return hullOf<float>(points);
     };
     int overlapCount = 0;
@@ -272,7 +271,7 @@ TEST(Gjk, FindsExactDistanceOfBallFromBoxAndCapsule)
     for (int i = 0; i < 2000; ++i)
     {
         SCOPED_TRACE(i);
-        const Eigen::Vector3d p(place(engine), place(engine), place(engine));
+        const Eigen::Vector3d p = drawVector(place, engine);
         const Ball ball(p, 0.4);
         const Eigen::Vector3d beyond = p.cwiseAbs() - Eigen::Vector3d(0.7, 0.5, 0.6);
         check(boxAtOrigin, ball, beyond.cwiseMax(0.0).norm() - 0.4);

@@ -4,6 +4,7 @@
 #include "cullet/demos/scenes/hulls/hull_pairs.h"
 #include "cullet/narrow/gjk/gjk.h"
 #include "cullet/narrow/gjk/isa_gjk.h"
+#include "cullet/tests/narrow/any_pair.h"
 #include "cullet/tests/narrow/shapes.h"
 
 #include <gtest/gtest.h>
@@ -41,8 +42,7 @@ TEST(Gjk, FindsAxesByReflectionWithoutChangingAnswers)
     for (int i = 0; i < 3000; ++i)
     {
         const double gaps[] = {0.5, 0.06, 1e-3, 1e-5, -1e-4, -3e-3, -0.03, -0.2};
-        PairScene<float> scene = randomPair(hulls[engine() % hulls.size()], hulls[engine() % hulls.size()],
-                                            gaps[engine() % std::size(gaps)], 0.0, engine);
+        PairScene<float> scene = anyPair(hulls, gaps[engine() % std::size(gaps)], 0.0, engine);
         std::array<GjkCache<float>, 4> caches;
         for (int frame = 0; frame < 5; ++frame)
         {
@@ -79,8 +79,7 @@ TEST(Gjk, GivesSameAnswerFromEveryStart)
     {
         SCOPED_TRACE(i);
         const double gaps[] = {0.5, 0.06, 1e-3, 1e-5, -1e-4, -3e-3, -0.03, -0.2};
-        PairScene<float> scene = randomPair(hulls[engine() % hulls.size()], hulls[engine() % hulls.size()],
-                                            gaps[engine() % std::size(gaps)], 0.0, engine);
+        PairScene<float> scene = anyPair(hulls, gaps[engine() % std::size(gaps)], 0.0, engine);
         std::array<GjkCache<float>, 3> booleans, distances;
         for (int frame = 0; frame < 4; ++frame)
         {

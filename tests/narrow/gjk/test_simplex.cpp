@@ -178,21 +178,32 @@ TEST(Simplex, GivesFiniteAnswersNoFartherThanEdgesWhenDegenerate)
         SimplexPoints p = randomSimplex(engine, 0.1 * (seed % 20));
         const double thin = std::pow(10.0, -static_cast<double>(seed % 18));
         std::uniform_real_distribution<double> unit(-0.5, 1.5);
+        // In the order in which GCC evaluates operands: from right to left.
+        const auto nearLine = [&]() -> Eigen::Vector3d
+        {
+            const Eigen::Vector3d aside = thin * randomDirection(engine);
+            return p[0] + unit(engine) * (p[1] - p[0]) + aside;
+        };
+        const auto nearPlane = [&]() -> Eigen::Vector3d
+        {
+            const Eigen::Vector3d aside = thin * randomDirection(engine);
+            const double second = unit(engine), first = unit(engine);
+            return p[0] + first * (p[1] - p[0]) + second * (p[2] - p[0]) + aside;
+        };
         switch (seed % 4)
         {
             case 0:
                 p[2] = p[0];
                 break;
             case 1:
-                p[2] = p[0] + unit(engine) * (p[1] - p[0]) + thin * randomDirection(engine);
+                p[2] = nearLine();
                 break;
             case 2:
-                p[3] = p[0] + unit(engine) * (p[1] - p[0]) + unit(engine) * (p[2] - p[0]) +
-                       thin * randomDirection(engine);
+                p[3] = nearPlane();
                 break;
             default:
-                p[2] = p[0] + unit(engine) * (p[1] - p[0]) + thin * randomDirection(engine);
-                p[3] = p[0] + unit(engine) * (p[1] - p[0]) + thin * randomDirection(engine);
+                p[2] = nearLine();
+                p[3] = nearLine();
                 break;
         }
         for (int count = 2; count <= 4; ++count)

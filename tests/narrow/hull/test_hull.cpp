@@ -326,8 +326,7 @@ TYPED_TEST(Hulls, EncloseRandomClustersOnCoarseGrids)
         std::uniform_int_distribution<int> coordinate(0, 1 + static_cast<int>(seed % 4));
         Points points;
         for (int i = 0; i < 4 + static_cast<int>(seed % 37); ++i)
-            points.push_back(Eigen::Vector3d(coordinate(engine), coordinate(engine), coordinate(engine)) *
-                             0.1);
+            points.push_back(drawVector(coordinate, engine) * 0.1);
         const Hull<TypeParam> hull = hullOf<TypeParam>(points);
         if (hull.kind() != HullKind::Solid)
         {
@@ -367,7 +366,10 @@ Points linePoints(int n, double thickness)
     std::normal_distribution<double> beside(0.0, thickness);
     Points points;
     for (int i = 0; i < n; ++i)
-        points.emplace_back(along(engine), beside(engine), beside(engine));
+    {
+        const double z = beside(engine), y = beside(engine), x = along(engine);
+        points.emplace_back(x, y, z);
+    }
     return points;
 }
 
@@ -389,7 +391,7 @@ TYPED_TEST(Hulls, HaveFewNeighboursPerVertexOnCrowdedFacesAndEdges)
         std::uniform_real_distribution<double> side(-1.0, 1.0);
         for (int i = 0; i < 600; ++i)
         {
-            Eigen::Vector3d d(side(engine), side(engine), side(engine));
+            Eigen::Vector3d d = drawVector(side, engine);
             if (i < 6)
                 d = Eigen::Vector3d::Unit(i / 2) * (i % 2 == 0 ? 1.0 : -1.0);
             const Eigen::Matrix<TypeParam, 3, 1> way = d.cast<TypeParam>();

@@ -162,7 +162,10 @@ TYPED_TEST(HullFaces, FormSixRectanglesForTurnedGridBoxes)
     for (int i = 0; i < 1000 && !this->HasFailure(); ++i)
     {
         SCOPED_TRACE(i);
-        const Points points = gridSlab(2 + upTo(engine, 9), 2 + upTo(engine, 9), between(engine, 0.5, 9.0));
+        // In the order in which GCC evaluates arguments, which recorded counts rely on.
+        const double height = between(engine, 0.5, 9.0);
+        const int b = 2 + upTo(engine, 9), a = 2 + upTo(engine, 9);
+        const Points points = gridSlab(a, b, height);
         const auto hull =
             hullOf<TypeParam>(turned(points, std::pow(10.0, between(engine, -3.0, 3.0)), engine));
         for (const auto* body : {&hull, &hull.corners()})
@@ -218,9 +221,11 @@ TEST(FaceMerger, MakesSimpleOutlinesForEveryTolerance)
     for (int i = 0; i < 4000 && !HasFailure(); ++i)
     {
         SCOPED_TRACE(i);
-        const Eigen::Vector3d axes(1.0, between(engine, 0.01, 1.0), between(engine, 0.01, 1.0));
+        const double z = between(engine, 0.01, 1.0), y = between(engine, 0.01, 1.0);
+        const Eigen::Vector3d axes(1.0, y, z);
+        const unsigned seed = i % 2 == 0 ? static_cast<unsigned>(engine()) : 0;
         const Points points =
-            i % 2 == 0 ? ellipsoidPoints(5 + upTo(engine, 60), axes, engine())
+            i % 2 == 0 ? ellipsoidPoints(5 + upTo(engine, 60), axes, seed)
                        : moved(gridBoxPoints(2 + upTo(engine, 4)), axes.asDiagonal(), {0.0, 0.0, 0.0});
         const Quickhull surface(points, seedOf(points));
         const FaceMerger merged(points, surface.triangles(), std::pow(10.0, between(engine, -4.0, 0.5)));

@@ -35,7 +35,7 @@ PointsOf<S> fanPoints(int kind, int count, double rise, std::mt19937& engine)
     PointsOf<S> points;
     for (int i = 0; i < count; ++i)
     {
-        Eigen::Vector3d p = Eigen::Vector3d(normal(engine), normal(engine), normal(engine)).normalized();
+        Eigen::Vector3d p = drawVector(normal, engine).normalized();
         if (kind == 1)
             p *= part(engine);
         if (kind == 2)

@@ -187,7 +187,10 @@ void compareOnAllShapes(int randomCount, std::size_t specialCount, std::int64_t 
         std::uniform_int_distribution<std::int32_t> anyVertex(0, comparison.hull.vertexCount() - 1);
         const int count = comparison.hull.vertexCount() > 300 ? randomCount / 10 : randomCount;
         for (int i = 0; i < count && comparison.wrongCount < 5; ++i)
-            comparison.check(randomDirection(engine).cast<S>(), anyVertex(engine));
+        {
+            const std::int32_t start = anyVertex(engine);
+            comparison.check(randomDirection(engine).cast<S>(), start);
+        }
         const std::size_t special = comparison.hull.vertexCount() > 300 ? specialCount / 10 : specialCount;
         for (const auto& d : specialDirections(comparison.hull, engine, special))
         {

@@ -32,7 +32,7 @@ Hull<S> smallHull(int count, std::mt19937& engine)
     std::uniform_int_distribution<int> place(-4, 4);
     std::vector<Eigen::Matrix<S, 3, 1>> points;
     for (int i = 0; i < count; ++i)
-        points.emplace_back(S(place(engine)), S(place(engine)), S(place(engine)));
+        points.push_back(drawVector(place, engine).cast<S>());
     return makeHull(points);
 }
 
@@ -52,7 +52,7 @@ void compareFew()
         ++hulls[static_cast<std::size_t>(hull.vertexCount())];
         for (int k = 0; k < 20; ++k)
         {
-            const Eigen::Matrix<S, 3, 1> d(S(component(engine)), S(component(engine)), S(component(engine)));
+            const Eigen::Matrix<S, 3, 1> d = drawVector(component, engine).cast<S>();
             const LaneDirection<S> lanes(d);
             const std::int32_t expected = supportLinear(hull, d);
             const SupportHit<S> hit = hitFew(hull, lanes);

@@ -17,7 +17,7 @@ Points latticePoints(std::mt19937& engine)
     Points points;
     for (int i = 0; i < 40; ++i)
     {
-        const Eigen::Vector3d p(place(engine), place(engine), place(engine));
+        const Eigen::Vector3d p = drawVector(place, engine);
         if (p.cwiseAbs().sum() <= 4.0)
             points.push_back(p);
     }

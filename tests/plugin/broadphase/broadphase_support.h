@@ -11,6 +11,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <vector>
@@ -29,6 +30,11 @@ inline BroadphaseOptions bruteOptions()
 inline btVector3 vec(double x, double y, double z)
 {
     return btVector3(btScalar(x), btScalar(y), btScalar(z));
+}
+
+inline btVector3 vec(const std::array<float, 3>& point)
+{
+    return vec(point[0], point[1], point[2]);
 }
 
 inline std::uint32_t idOf(const btBroadphaseProxy* proxy)

@@ -127,9 +127,14 @@ TEST(BroadphaseExtremes, FindsExactPairsInDegenerateLayouts)
         {"concentric", [](int i, Random&) { return vec(0, 0, 1e-3 * i); }, 2.0},
         {"a line", [](int i, Random&) { return vec(0, 0.4 * i, 0); }, 0.5},
         {"a diagonal", [](int i, Random&) { return vec(0.3 * i, 0.3 * i, 0.3 * i); }, 0.5},
-        {"one cell", [](int, Random& r) { return vec(r.unit(), r.unit(), r.unit()); }, 0.05},
+        {"one cell", [](int, Random& r) { return vec(r.point(0, 1)); }, 0.05},
         {"tiny in a large space",
-         [](int, Random& r) { return vec(r.between(-1e3f, 1e3f), r.between(0, 1), r.between(0, 1)); }, 1e-3},
+         [](int, Random& r)
+         {
+             const float z = r.between(0, 1), y = r.between(0, 1), x = r.between(-1e3f, 1e3f);
+             return vec(x, y, z);
+         },
+         1e-3},
     };
     for (const BroadphaseOptions& options : cpuBackends())
     {
@@ -162,13 +167,12 @@ TEST(BroadphaseExtremes, FindsPairsOfLongBoxesWithin40MiB)
     Random random(3);
     std::vector<btBroadphaseProxy*> proxies;
     for (int i = 0; i < 1000; ++i)
-        proxies.push_back(
-            addCube(broadphase, vec(random.between(0, 60), random.between(0, 60), random.between(0, 60))));
+        proxies.push_back(addCube(broadphase, vec(random.point(0, 60))));
     for (int step = 0; step < 5; ++step)
     {
         for (btBroadphaseProxy* proxy : proxies)
         {
-            const btVector3 centre = vec(random.between(0, 60), random.between(0, 60), random.between(0, 60));
+            const btVector3 centre = vec(random.point(0, 60));
             const btVector3 extent = vec(0.25, 0.25, 8.5);
             broadphase.setAabb(proxy, centre - extent, centre + extent, nullptr);
         }

@@ -121,10 +121,17 @@ private:
 
     World& first() { return *m_worlds[0]; }
     std::size_t anyone() { return m_random.below(std::uint32_t(first().proxies.size())); }
-    btVector3 place() { return vec(m_random.between(0, 5), m_random.between(0, 5), m_random.between(0, 3)); }
+    btVector3 place()
+    {
+        // From z to x, as Random::point(); so below.
+        const float z = m_random.between(0, 3), y = m_random.between(0, 5), x = m_random.between(0, 5);
+        return vec(x, y, z);
+    }
     btVector3 size()
     {
-        return vec(m_random.unit(), m_random.unit(), m_random.chance(0.03f) ? 9.0f : m_random.unit());
+        const float z = m_random.chance(0.03f) ? 9.0f : m_random.unit();
+        const float y = m_random.unit(), x = m_random.unit();
+        return vec(x, y, z);
     }
 
     void create()
@@ -147,14 +154,16 @@ private:
     {
         const std::size_t i = anyone();
         const float reach = m_random.chance(0.5f) ? 0.04f : 0.4f;
-        const btVector3 way = vec(m_random.between(-reach, reach), m_random.between(-reach, reach), 0);
+        const float y = m_random.between(-reach, reach), x = m_random.between(-reach, reach);
+        const btVector3 way = vec(x, y, 0);
         set(i, first().proxies[i]->m_aabbMin + way, first().proxies[i]->m_aabbMax + way);
     }
 
     void spoil()
     {
         const double nan = std::numeric_limits<double>::quiet_NaN();
-        set(anyone(), vec(0, m_random.chance(0.5f) ? nan : 3, 0), vec(1, 1, 1));
+        const btVector3 min = vec(0, m_random.chance(0.5f) ? nan : 3, 0);
+        set(anyone(), min, vec(1, 1, 1));
         ++m_counts.invalid;
     }
 

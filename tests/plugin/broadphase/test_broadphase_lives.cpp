@@ -105,8 +105,14 @@ private:
     }
 
     double coordinate(std::uint32_t units) { return kUnit * double(m_random.below(units)); }
-    btVector3 place() { return vec(coordinate(160), coordinate(160), coordinate(32)); }
-    btVector3 size() { return vec(coordinate(32), coordinate(32), coordinate(32)); }
+    /// From z to x, as Random::point().
+    btVector3 drawVec(std::uint32_t unitsX, std::uint32_t unitsY, std::uint32_t unitsZ)
+    {
+        const double z = coordinate(unitsZ), y = coordinate(unitsY), x = coordinate(unitsX);
+        return vec(x, y, z);
+    }
+    btVector3 place() { return drawVec(160, 160, 32); }
+    btVector3 size() { return drawVec(32, 32, 32); }
 
     void create()
     {
@@ -116,9 +122,8 @@ private:
         else
             body.object = std::make_unique<btCollisionObject>();
         const btVector3 min = place();
-        body.proxy =
-            m_broadphase.createProxy(min, min + size(), 0, body.object.get(), 1 + int(m_random.below(2)),
-                                     m_random.chance(0.3f) ? 1 : 3, nullptr);
+        const int mask = m_random.chance(0.3f) ? 1 : 3, group = 1 + int(m_random.below(2));
+        body.proxy = m_broadphase.createProxy(min, min + size(), 0, body.object.get(), group, mask, nullptr);
         m_bodies.push_back(std::move(body));
         enterAtOnce(m_bodies.size() - 1);
     }
@@ -129,7 +134,8 @@ private:
         btVector3 min = place(), max = min + size();
         if (m_random.chance(0.8f))
         {
-            const btVector3 way = vec(coordinate(5) - 2 * kUnit, coordinate(5) - 2 * kUnit, 0);
+            const double y = coordinate(5) - 2 * kUnit, x = coordinate(5) - 2 * kUnit;
+            const btVector3 way = vec(x, y, 0);
             min = proxy.m_aabbMin + way;
             max = proxy.m_aabbMax + way;
         }

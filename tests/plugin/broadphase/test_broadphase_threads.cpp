@@ -121,8 +121,7 @@ TEST(BroadphaseThreads, FindSamePairsWhenEachStepsItsOwnBroadphase)
                   for (int step = 0; step < 20; ++step)
                   {
                       for (btBroadphaseProxy* proxy : proxies)
-                          moveCube(broadphase, proxy,
-                                   vec(random.between(0, 9), random.between(0, 9), random.between(0, 9)));
+                          moveCube(broadphase, proxy, vec(random.point(0, 9)));
                       broadphase.calculateOverlappingPairs(nullptr);
                   }
                   results[std::size_t(thread)] = pairsOf(broadphase);

@@ -41,8 +41,7 @@ TEST(ContactPatch, EqualsClipOfFacesWhenTouchIsMarkedAsCorners)
         for (int i = 0; i < 300; ++i)
         {
             const PosedShape a = turned(hull, engine), unmoved = turned(hull, engine);
-            const Eigen::Vector3d direction =
-                Eigen::Vector3d(normal(engine), normal(engine), normal(engine)).normalized();
+            const Eigen::Vector3d direction = drawVector(normal, engine).normalized();
             const PosedShape b = besides(a, unmoved, direction, 0.001 + 0.0001 * (i % 200));
             GjkCache<btScalar> cache;
             const GjkResult<btScalar> near = gjkDistance(a, b, btScalar(kLimit), cache);

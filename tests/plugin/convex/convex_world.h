@@ -155,6 +155,15 @@ inline std::vector<btVector3> ballPoints(int count, double radius, unsigned seed
     return points;
 }
 
+/// Three draws, from the last coordinate to the first: in the order in which GCC evaluates arguments, which
+/// recorded hashes rely on.
+template <class Distribution>
+btVector3 drawVec(Distribution& distribution, std::mt19937& engine)
+{
+    const double z = distribution(engine), y = distribution(engine), x = distribution(engine);
+    return vec(x, y, z);
+}
+
 inline btQuaternion randomRotation(std::mt19937& engine)
 {
     std::normal_distribution<double> normal;

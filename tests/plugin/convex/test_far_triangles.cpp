@@ -25,15 +25,14 @@ struct NearPair
     NearPair(std::mt19937& engine, double reach) : triangle(vec(0, 0, 0), vec(0, 0, 0), vec(0, 0, 0))
     {
         std::uniform_real_distribution<double> place(-1, 1);
-        const btVector3 middle = vec(place(engine), place(engine), place(engine)) * btScalar(reach);
+        const btVector3 middle = drawVec(place, engine) * btScalar(reach);
         for (btVector3& corner : triangle.m_vertices1)
-            corner = middle + vec(place(engine), place(engine), place(engine));
+            corner = middle + drawVec(place, engine);
         triangle.setMargin(0);
         const btMatrix3x3 basis(randomRotation(engine));
         ofTriangle = btTransform(basis, toSixteenths(-(basis * middle)));
-        ofOther =
-            btTransform(randomRotation(engine),
-                        toSixteenths(vec(place(engine), place(engine), place(engine)) * btScalar(1.25)));
+        const btVector3 other = toSixteenths(drawVec(place, engine) * btScalar(1.25));
+        ofOther = btTransform(randomRotation(engine), other);
     }
 
     static btVector3 toSixteenths(const btVector3& v)
@@ -133,7 +132,7 @@ TEST(FarTriangles, HaveExactDistancesWhenTheyAreLarge)
     auto round = makeHullShape(ballPoints(20, 0.5, 9));
     std::mt19937 engine(12);
     std::uniform_real_distribution<double> place(-100, 100);
-    const auto any = [&] { return NearPair::toSixteenths(vec(place(engine), place(engine), place(engine))); };
+    const auto any = [&] { return NearPair::toSixteenths(drawVec(place, engine)); };
     double worst = 0.0;
     for (int i = 0; i < 200; ++i)
     {

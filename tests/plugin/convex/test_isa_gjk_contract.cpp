@@ -310,8 +310,9 @@ TEST(IsaGjkAlgorithm, ReportsNoContactOfFlatHullsApartInOnePlaneAfterCrossing)
     {
         SCOPED_TRACE(i);
         ConvexPairProbe probe(bench.dispatcher, *hull, *other);
-        const btVector3 axis = vec(normal(engine), normal(engine), normal(engine)).normalized();
-        const btVector3 at = vec(1 + 0.5 * normal(engine), 0.3 * normal(engine), 1 + 0.5 * normal(engine));
+        const btVector3 axis = drawVec(normal, engine).normalized();
+        const double z = 1 + 0.5 * normal(engine), y = 0.3 * normal(engine), x = 1 + 0.5 * normal(engine);
+        const btVector3 at = vec(x, y, z);
         const btTransform still(btQuaternion::getIdentity(), vec(0, 0, 0));
         probe.place(still, btTransform(btQuaternion(axis, btScalar(normal(engine))), at));
         crossed += probe.step()->getNumContacts() > 0 ? 1 : 0;

@@ -66,8 +66,8 @@ TEST(IsaGjkFallback, CountsTouchingRoundShapesAsDelegatedAndNotAsUnconverged)
             {
                 const double height = (isFloor ? 0.75 : 0.5) + gap(engine);
                 const double aside = isFloor ? 1.0 : 0.3;
-                probe.place(vec(aside * place(engine), aside * place(engine), i % 7 < 2 ? 3 : height),
-                            vec(0, 0, 0));
+                const double y = aside * place(engine), x = aside * place(engine);
+                probe.place(vec(x, y, i % 7 < 2 ? 3 : height), vec(0, 0, 0));
                 probe.step();
             }
             const IsaGjkStats stats = bench.registration->stats();

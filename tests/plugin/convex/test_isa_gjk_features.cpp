@@ -73,9 +73,8 @@ TEST(IsaGjkFeatures, GiveDeepestDistanceOfBulletsClipping)
         SCOPED_TRACE(i);
         btCollisionShape& upper = i % 2 == 0 ? *cube : *wedge;
         const double height = 0.5 + (i % 2 == 0 ? 0.5 : 0.4) + gap(engine);
-        const btTransform at(
-            btQuaternion(btScalar(angle(engine)), btScalar(i % 3 == 0 ? angle(engine) : 0), 0),
-            vec(0.2, height, 0.1));
+        const auto pitch = btScalar(i % 3 == 0 ? angle(engine) : 0), yaw = btScalar(angle(engine));
+        const btTransform at(btQuaternion(yaw, pitch, 0), vec(0.2, height, 0.1));
         const btTransform bt = btTransform::getIdentity();
         const double ours = deepestOf(bench.dispatcher, upper, at, *slab, bt);
         const double bullets = deepestOf(stock.dispatcher, upper, at, *slab, bt);

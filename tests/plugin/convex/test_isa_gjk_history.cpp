@@ -56,9 +56,17 @@ double uniform(Random& random)
     return std::uniform_real_distribution<double>(-1, 1)(random);
 }
 
+/// From z to x, as drawVec(); so below.
+btVector3 uniformVec(Random& random)
+{
+    const double z = uniform(random), y = uniform(random), x = uniform(random);
+    return vec(x, y, z);
+}
+
 btQuaternion turn(Random& random, double angle)
 {
-    const btVector3 axis = vec(uniform(random), uniform(random), uniform(random) + 0.01);
+    const double z = uniform(random) + 0.01, y = uniform(random), x = uniform(random);
+    const btVector3 axis = vec(x, y, z);
     return btQuaternion(axis.normalized(), btScalar(angle * uniform(random)));
 }
 
@@ -75,16 +83,18 @@ struct Poses
     Poses(Random& random, double height, Kind kind)
     {
         const bool isAny = kind == Kind::Any;
-        btTransform pose(
-            isAny ? turn(random, 3) : btQuaternion::getIdentity(),
-            isAny ? vec(uniform(random), uniform(random), uniform(random)).normalized() * btScalar(height)
-                  : vec(0.3 * uniform(random), height, 0.3 * uniform(random)));
+        const auto above = [&]
+        {
+            const double z = 0.3 * uniform(random), x = 0.3 * uniform(random);
+            return vec(x, height, z);
+        };
+        const btVector3 origin = isAny ? uniformVec(random).normalized() * btScalar(height) : above();
+        btTransform pose(isAny ? turn(random, 3) : btQuaternion::getIdentity(), origin);
         for (int i = 0; i < 6; ++i)
         {
             before.push_back(pose);
             const double away = i % 2 == 0 ? 0.03 : 0.0005;
-            pose.setOrigin(pose.getOrigin() +
-                           vec(uniform(random), uniform(random), uniform(random)) * btScalar(away));
+            pose.setOrigin(pose.getOrigin() + uniformVec(random) * btScalar(away));
             if (kind != Kind::Level)
                 pose.setRotation((turn(random, isAny ? 0.1 : 1e-3) * pose.getRotation()).normalized());
         }
@@ -173,8 +183,8 @@ TEST_P(IsaGjkHistory, ChangesNoBitOfQueryOrStep)
                     const std::vector<double> expected = queryAt(fresh, poses.asked, threshold);
                     ASSERT_EQ(queryAt(used, poses.asked, threshold), expected)
                         << a.name << " " << b.name << " " << i;
-                    ASSERT_EQ(stepAt(used, poses.asked), stepAt(fresh, poses.asked))
-                        << a.name << " " << b.name << " " << i;
+                    const std::vector<double> expectedStep = stepAt(fresh, poses.asked);
+                    ASSERT_EQ(stepAt(used, poses.asked), expectedStep) << a.name << " " << b.name << " " << i;
                     touching += expected.empty() ? 0 : 1;
                     several += expected.size() > 7 ? 1 : 0;
                 }
@@ -204,7 +214,7 @@ TEST(IsaGjkThreshold, GivesSameContactsWhateverWasQueriedBefore)
     int touching = 0;
     for (int i = 0; i < 200; ++i)
     {
-        const btVector3 direction = vec(uniform(random), uniform(random), uniform(random)).normalized();
+        const btVector3 direction = uniformVec(random).normalized();
         const btQuaternion turned = turn(random, 3);
         ConvexPairProbe fresh(bench.dispatcher, *hull, *hull, BT_CLOSEST_POINT_ALGORITHMS);
         const btTransform far(turned, direction * btScalar(1.5));
@@ -321,8 +331,8 @@ TEST(IsaGjkGraphs, ChangeNoBitOfContacts)
         makeHullShape(points)->getAabb(at, low, high);
         partner->getBoundingSphere(centre, radius);
         const double top = &other == &floor ? 0.5 : &other == &triangle ? 0.0 : double(radius) * 0.7;
-        at.setOrigin(vec(0.1 * uniform(random), top - double(low.y()) + 0.05 * uniform(random),
-                         0.1 * uniform(random)));
+        const double z = 0.1 * uniform(random), y = top - double(low.y()) + 0.05 * uniform(random);
+        at.setOrigin(vec(0.1 * uniform(random), y, z));
         ContactsOfNewHulls contacts(points);
         contacts.compare(other, at, std::to_string(i));
         ASSERT_FALSE(HasFatalFailure());

@@ -202,7 +202,7 @@ TEST(IsaGjkQueries, AnswerEquallyWithReusedAndWithFreshAlgorithm)
         else if (event == 5)
             shapes[2]->setMargin(btScalar(double(engine() % 100) / 1000));
         else
-            atB.setOrigin(atB.getOrigin() + vec(small(engine), small(engine), small(engine)));
+            atB.setOrigin(atB.getOrigin() + drawVec(small, engine));
         probe.place(atA, atB);
         const double threshold = i % 2 == 0 ? 0.0 : 0.5;
         const std::vector<Reported> remembered = probe.query(threshold);

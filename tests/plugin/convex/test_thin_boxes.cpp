@@ -108,7 +108,8 @@ TEST(ThinBoxes, TouchAsBoxesThatWereMadeSoThin)
         for (int i = 0; i < 300; ++i)
         {
             const Ground::Shape& other = ground.all[std::size_t(i) % ground.all.size()];
-            const btTransform at(randomRotation(engine), vec(shift(engine), shift(engine), shift(engine)));
+            const btVector3 origin = drawVec(shift, engine);
+            const btTransform at(randomRotation(engine), origin);
             ConvexBench bench(false, kBoxesToo);
             const auto thin = bench.closest(*box, at, *other.shape, btTransform::getIdentity(), 2);
             const auto same = bench.closest(made, at, *other.shape, btTransform::getIdentity(), 2);
@@ -219,8 +220,8 @@ TEST(InvertedShapes, MatchBulletForThinCylindersAndMirroredCapsules)
                 ConvexBench bench, stock(true);
                 ConvexPairProbe ours(bench.dispatcher, *shape, *other),
                     bullets(stock.dispatcher, *shape, *other);
-                const btTransform at(randomRotation(engine),
-                                     vec(shift(engine), shift(engine), shift(engine)));
+                const btVector3 origin = drawVec(shift, engine);
+                const btTransform at(randomRotation(engine), origin);
                 ours.place(at, btTransform::getIdentity());
                 bullets.place(at, btTransform::getIdentity());
                 const std::vector<Reported> points = ours.query(), expected = bullets.query();

@@ -35,7 +35,8 @@ public:
             entry.body.setUserIndex(i);
             entry.proxy.m_clientObject = &entry.body;
             entry.proxy.m_uniqueId = i + 1;
-            entry.body.setWorldTransform(btTransform(randomRotation(m_engine), anywhere()));
+            const btVector3 origin = anywhere();
+            entry.body.setWorldTransform(btTransform(randomRotation(m_engine), origin));
         }
         for (std::size_t i = 0; i < m_entries.size(); ++i)
         {
@@ -83,7 +84,9 @@ private:
 
     btVector3 anywhere()
     {
-        return vec(m_far + random(m_engine, 0, 3.4), random(m_engine, 0, 3.4), random(m_engine, 0, 3.4));
+        // From z to x, as drawVec(); so below.
+        const double z = random(m_engine, 0, 3.4), y = random(m_engine, 0, 3.4);
+        return vec(m_far + random(m_engine, 0, 3.4), y, z);
     }
 
     void move(Entry& entry)
@@ -92,12 +95,15 @@ private:
         const unsigned kind = m_engine() % 100;
         if (kind < 64)
             return;
+        const auto movedUpTo = [&](double mostAngle, double mostShift)
+        {
+            const double shift = random(m_engine, 0, mostShift), away = random(m_engine, 0, 0.5);
+            return moved(from, random(m_engine, 0, mostAngle), away, shift, m_engine);
+        };
         if (kind < 96)
-            entry.body.setWorldTransform(moved(from, random(m_engine, 0, 0.01), random(m_engine, 0, 0.5),
-                                               random(m_engine, 0, 0.003), m_engine));
+            entry.body.setWorldTransform(movedUpTo(0.01, 0.003));
         else if (kind < 98)
-            entry.body.setWorldTransform(moved(from, random(m_engine, 0, 0.3), random(m_engine, 0, 0.5),
-                                               random(m_engine, 0, 0.1), m_engine));
+            entry.body.setWorldTransform(movedUpTo(0.3, 0.1));
         else if (kind < 99)
             entry.body.getWorldTransform() = moved(from, random(m_engine, 0, 6), 0, 0, m_engine);
         else
@@ -113,8 +119,10 @@ private:
             case 0:
                 return shape.setMargin(btScalar(random(m_engine, 0, 0.1)));
             case 1:
-                return shape.setLocalScaling(vec(random(m_engine, 0.7, 1.3), random(m_engine, 0.7, 1.3),
-                                                 random(m_engine, -1.3, -0.7)));
+            {
+                const double z = random(m_engine, -1.3, -0.7), y = random(m_engine, 0.7, 1.3);
+                return shape.setLocalScaling(vec(random(m_engine, 0.7, 1.3), y, z));
+            }
             case 2:
                 shape.getUnscaledPoints()[m_engine() % 8] *= btScalar(random(m_engine, 0.8, 1.25));
                 return shape.recalcLocalAabb();

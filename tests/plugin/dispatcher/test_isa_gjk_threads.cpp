@@ -35,7 +35,8 @@ std::vector<std::uint64_t> contactsOfRods(unsigned seed, int threads)
     };
     for (int i = 0; i < kRods; ++i)
     {
-        const btTransform at(randomRotation(engine), anyVector(1.2));
+        const btVector3 origin = anyVector(1.2);
+        const btTransform at(randomRotation(engine), origin);
         btRigidBody& body = world.add(shapes[std::size_t(i) % shapes.size()].get(), 1, at);
         body.setUserIndex(i);
         body.setRestitution(btScalar(0.8));

@@ -113,7 +113,10 @@ TEST(PairCacheCost, BoundsMemoryByLivingProxiesWhenIdsGrow)
             proxy.m_uniqueId = ++id;
         }
         for (std::size_t i = 0; i < 3000; ++i)
-            cache.addPairUnfiltered(&proxies[random.below(1000)], &proxies[random.below(1000)]);
+        {
+            const std::uint32_t b = random.below(1000), a = random.below(1000);
+            cache.addPairUnfiltered(&proxies[a], &proxies[b]);
+        }
         if (generation == 10)
             most = cache.bytes();
     }

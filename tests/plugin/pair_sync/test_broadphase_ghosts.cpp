@@ -320,7 +320,7 @@ TEST(BroadphaseGhosts, HaveAtLeastTheirExactOverlapsAtAnyTime)
 {
     GhostWorld scene;
     Random random(23);
-    const auto place = [&] { return vec(random.between(0, 6), random.between(0, 6), random.between(0, 6)); };
+    const auto place = [&] { return vec(random.point(0, 6)); };
     std::vector<btCollisionObject*> all;
     std::vector<btGhostObject*> ghosts;
     for (int i = 0; i < 100; ++i)
@@ -333,7 +333,8 @@ TEST(BroadphaseGhosts, HaveAtLeastTheirExactOverlapsAtAnyTime)
     int overlapCount = 0;
     for (int step = 0; step < 300; ++step)
     {
-        scene.move(all[random.below(120)], place());
+        const btVector3 to = place();
+        scene.move(all[random.below(120)], to);
         if (random.chance(0.2f))
             scene.broadphase.calculateOverlappingPairs(&scene.dispatcher);
         for (btGhostObject* ghost : ghosts)

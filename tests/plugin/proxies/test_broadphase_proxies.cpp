@@ -52,8 +52,8 @@ TEST(Broadphase, ReturnsExactlyTheAabbThatWasSet)
     for (int i = 0; i < 1000; ++i)
     {
         // Thirds are not floats: a double build must not round them.
-        const btVector3 min =
-            vec(random.between(-9, 9) / 3.0, random.between(-9, 9) / 3.0, random.between(-9, 9) / 3.0);
+        const auto point = random.point(-9, 9);
+        const btVector3 min = vec(point[0] / 3.0, point[1] / 3.0, point[2] / 3.0);
         const btVector3 max = min + vec(random.unit() / 3.0, 0, 1e-3);
         broadphase.setAabb(proxy, min, max, nullptr);
         btVector3 gotMin;

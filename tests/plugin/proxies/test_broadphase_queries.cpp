@@ -201,7 +201,8 @@ btVector3 gridPoint(Random& random)
 {
     // Whole and half numbers: rays run along faces, through edges and corners, and start inside boxes.
     const auto coordinate = [&] { return 0.5 * double(random.below(24)); };
-    return vec(coordinate(), coordinate(), coordinate());
+    const double z = coordinate(), y = coordinate(), x = coordinate();
+    return vec(x, y, z);
 }
 
 btVector3 endPoint(Random& random, const btVector3& from)
@@ -219,7 +220,7 @@ btVector3 endPoint(Random& random, const btVector3& from)
         case 4:
             return gridPoint(random);
         default:
-            return vec(random.between(-20, 30), random.between(-20, 30), random.between(-20, 30));
+            return vec(random.point(-20, 30));
     }
 }
 
@@ -231,7 +232,9 @@ TEST(BroadphaseQueries, EqualBruteForceForRaysAndSweeps)
     for (int i = 0; i < 300; ++i)
     {
         const btVector3 min = gridPoint(random);
-        const btVector3 max = min + vec(0.5 * random.below(4), 0.5 * random.below(4), random.unit());
+        const float z = random.unit();
+        const double y = 0.5 * random.below(4), x = 0.5 * random.below(4);
+        const btVector3 max = min + vec(x, y, z);
         proxies.push_back(broadphase.createProxy(min, max, 0, nullptr, 1, kAllGroups, nullptr));
     }
     proxies.push_back(broadphase.createProxy(vec(-kLarge, 0, -kLarge), vec(kLarge, 1, kLarge), 0, nullptr, 1,
@@ -241,11 +244,15 @@ TEST(BroadphaseQueries, EqualBruteForceForRaysAndSweeps)
     for (int i = 0; i < 20000; ++i)
     {
         if (i % 100 == 0)
-            moveCube(broadphase, proxies[random.below(300)], gridPoint(random));
+        {
+            const btVector3 to = gridPoint(random);
+            moveCube(broadphase, proxies[random.below(300)], to);
+        }
         const btVector3 from = gridPoint(random);
         const btVector3 to = endPoint(random, from);
         const bool isSweep = random.chance(0.4f);
-        const btVector3 boxMin = isSweep ? vec(-random.unit(), -0.25, -random.unit()) : zero;
+        const float minZ = isSweep ? -random.unit() : 0.0f;
+        const btVector3 boxMin = isSweep ? vec(-random.unit(), -0.25, minZ) : zero;
         const btVector3 boxMax = isSweep ? vec(0.5, random.unit(), 0) : zero;
         RayHits hits(from, to);
         broadphase.rayTest(from, to, hits, boxMin, boxMax);
@@ -263,15 +270,15 @@ TEST(BroadphaseQueries, FindSameRayHitsAsDbvt)
     Random random(37);
     for (int i = 0; i < 200; ++i)
     {
-        const btVector3 centre = vec(random.between(0, 20), random.between(0, 20), random.between(0, 20));
+        const btVector3 centre = vec(random.point(0, 20));
         addCube(broadphase, centre);
         addCube(stock, centre);  // a new leaf is exact
     }
     std::size_t hitCount = 0;
     for (int i = 0; i < 2000; ++i)
     {
-        const btVector3 from = vec(random.between(-5, 25), random.between(-5, 25), random.between(-5, 25));
-        const btVector3 to = vec(random.between(-5, 25), random.between(-5, 25), random.between(-5, 25));
+        const btVector3 from = vec(random.point(-5, 25));
+        const btVector3 to = vec(random.point(-5, 25));
         Ids expected = rayHits(stock, from, to);
         std::sort(expected.begin(), expected.end());
         ASSERT_EQ(rayHits(broadphase, from, to), expected);

@@ -82,8 +82,11 @@ struct Field
         std::mt19937 random(5);
         std::uniform_real_distribution<float> place(-20, 20);
         for (int i = 0; i < 1000; ++i)
-            proxies.push_back(
-                addCube(broadphase, vec(place(random), place(random) / 2, place(random) / 4), 0.375));
+        {
+            // From z to x: in the order in which GCC evaluates arguments.
+            const float z = place(random) / 4, y = place(random) / 2, x = place(random);
+            proxies.push_back(addCube(broadphase, vec(x, y, z), 0.375));
+        }
         broadphase.calculateOverlappingPairs(nullptr);
     }
 

@@ -367,7 +367,9 @@ TEST(HullCache, MatchesSupportOfBulletsScanForPosedShapes)
             std::int32_t last = -1;
             for (int i = 0; i < 500; ++i)
             {
-                Eigen::Vector3d direction(normal(engine), normal(engine), normal(engine));
+                // From z to x: in the order in which GCC evaluates arguments.
+                const double z = normal(engine), y = normal(engine), x = normal(engine);
+                Eigen::Vector3d direction(x, y, z);
                 if (i % 5 == 0)
                     direction = place.getBasis()[i / 5 % 3].x() > 0 ? Eigen::Vector3d::UnitY()
                                                                     : Eigen::Vector3d::UnitX();

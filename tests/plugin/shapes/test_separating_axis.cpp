@@ -84,10 +84,19 @@ public:
         for (AxisShape* each : {&a, &b})
         {
             const double size = std::pow(10.0, random(engine, -1, 1));
-            const auto side = [&] { return (engine() % 2 == 0 ? size : -size) * random(engine, 0.25, 4); };
+            const auto side = [&]
+            {
+                const double signedSize = engine() % 2 == 0 ? size : -size;
+                return signedSize * random(engine, 0.25, 4);
+            };
+            const auto sides = [&]
+            {
+                const double z = side(), y = side(), x = side();
+                return vec(x, y, z);
+            };
             // Boxes are not mirrored: their half sides have no sign.
             const bool isBox = each->shape->getShapeType() == BOX_SHAPE_PROXYTYPE;
-            each->shape->setLocalScaling(isBox ? vec(size, size, size) : vec(side(), side(), side()));
+            each->shape->setLocalScaling(isBox ? vec(size, size, size) : sides());
         }
         placeA = btTransform(randomRotation(engine), vec(far, -far, far / 3));
         placeB = btTransform(randomRotation(engine), placeA.getOrigin());
@@ -171,7 +180,9 @@ TEST(AxisTest, ProvesOnlyRealGapsAndMissesNoneBeyondRounding)
     {
         SCOPED_TRACE(i);
         const double far = i % 3 == 0 ? 1e4 : 0.0;
-        AxisScene scene(shapes[engine() % shapes.size()], shapes[engine() % shapes.size()], far, engine);
+        AxisShape& b = shapes[engine() % shapes.size()];
+        AxisShape& a = shapes[engine() % shapes.size()];
+        AxisScene scene(a, b, far, engine);
         GjkCache<btScalar> cache;
         cache.axis = anyAxis(engine);
         cache.state = GjkState::Separated;
