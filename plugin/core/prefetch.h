@@ -7,20 +7,23 @@
 #include <LinearMath/btTransform.h>
 
 #include <cstddef>
+#include <cstdint>
 
 namespace cullet
 {
 inline namespace CULLET_PRECISION
 {
 /// Prefetches bytes [from, to) of an object. `from` and `to` are multiples of 16, and the object is aligned to 16.
-/// Always inlined, since the body is often only two instructions.
+/// Always inlined, since the body is often only two instructions. The object may be null: addresses are computed as
+/// integers, and a prefetch never faults.
 [[gnu::always_inline]] inline void prefetchBytes(const void* object, std::size_t from, std::size_t to)
 {
-    const auto* bytes = static_cast<const char*>(object);
-    __builtin_prefetch(bytes + from);
+    const auto prefetch = [begin = reinterpret_cast<std::uintptr_t>(object)](std::size_t at)
+    { __builtin_prefetch(reinterpret_cast<const void*>(begin + at)); };
+    prefetch(from);
     for (std::size_t at = from + 64; at + 16 < to; at += 64)
-        __builtin_prefetch(bytes + at);
-    __builtin_prefetch(bytes + to - 1);
+        prefetch(at);
+    prefetch(to - 1);
 }
 
 /// Prefetches transform, shape and state of a btCollisionObject: the transform is at its beginning, the others follow

@@ -146,6 +146,7 @@ TEST(IsaGjkStack, StaysWithinLimitForContactPatches)
         }
     }
     EXPECT_LT(most, kMost);
-    EXPECT_GT(most, 4096u);
+    // It measures something, also where a sanitizer keeps locals elsewhere.
+    EXPECT_GT(most, 1024u);
 }
 }  // namespace cullet::test
