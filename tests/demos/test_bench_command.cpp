@@ -495,22 +495,5 @@ TEST_F(BenchCommand, AnswersUnknownNamesWithKnownOnes)
     EXPECT_EQ(backend.code, 2);
     EXPECT_TRUE(contains(backend.errors, "unknown backend 'octree'; known: grid")) << backend.errors;
 }
-
-TEST(ListCommand, PrintsScenesAndBackends)
-{
-    const Outcome outcome = runProgram("list");
-    EXPECT_EQ(outcome.code, 0);
-    for (const char* name : {"W1", "W3b", "queries", "hulls", "grid", "dbvt-deferred"})
-        EXPECT_TRUE(contains(outcome.output, name)) << name;
-    const json document = runForJson("list");
-    std::map<std::string, std::set<std::string>> names;
-    for (const json& row : document["rows"])
-        names[row["kind"]].insert(row["name"].get<std::string>());
-    EXPECT_EQ(names["boxes"].count("W3fresh"), 1u);
-    EXPECT_GE(names["bodies"].size(), 20u);
-    EXPECT_EQ(names["backend"].count("dbvt"), 1u);
-    EXPECT_EQ(names["rival"].count("embree"), 1u);
-    EXPECT_EQ(runProgram("list --json /nowhere/a.json").code, 4);
-}
 }  // namespace
 }  // namespace cullet

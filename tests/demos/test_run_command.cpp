@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <map>
+#include <set>
 #include <vector>
 
 namespace cullet
@@ -395,6 +396,23 @@ TEST(Program, TakesSameOptionsInEveryCommandOnBodyScenes)
         EXPECT_TRUE(contains(unknown.errors, "unknown scene 'nowhere'; known: drop, boxes"))
             << unknown.errors;
     }
+}
+
+TEST(ListCommand, PrintsScenesAndBackends)
+{
+    const Outcome outcome = runProgram("list");
+    EXPECT_EQ(outcome.code, 0);
+    for (const char* name : {"W1", "W3b", "queries", "hulls", "grid", "dbvt-deferred"})
+        EXPECT_TRUE(contains(outcome.output, name)) << name;
+    const json document = runForJson("list");
+    std::map<std::string, std::set<std::string>> names;
+    for (const json& row : document["rows"])
+        names[row["kind"]].insert(row["name"].get<std::string>());
+    EXPECT_EQ(names["boxes"].count("W3fresh"), 1u);
+    EXPECT_GE(names["bodies"].size(), 20u);
+    EXPECT_EQ(names["backend"].count("dbvt"), 1u);
+    EXPECT_EQ(names["rival"].count("embree"), 1u);
+    EXPECT_EQ(runProgram("list --json /nowhere/a.json").code, 4);
 }
 }  // namespace
 }  // namespace cullet
