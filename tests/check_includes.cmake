@@ -157,6 +157,31 @@ foreach(edge IN LISTS back_edges)
     endif()
 endforeach()
 
+# check_stands(<what> <regex> <regex of the files in which it may stand>): device code and assembler, in as few files as can be.
+function(check_stands what regex may)
+    foreach(folder base broad narrow cuda plugin abi preload)
+        file(GLOB_RECURSE files RELATIVE "${ROOT}" "${ROOT}/${folder}/*.h" "${ROOT}/${folder}/*.cpp" "${ROOT}/${folder}/*.inl"
+            "${ROOT}/${folder}/*.cu" "${ROOT}/${folder}/*.cuh")
+        list(FILTER files EXCLUDE REGEX "^(${may})$")
+        foreach(file IN LISTS files)
+            file(STRINGS "${ROOT}/${file}" lines REGEX "${regex}")
+            if(lines)
+                list(APPEND found "${file}: ${what} (in listed files only)")
+            endif()
+        endforeach()
+    endforeach()
+    set(found "${found}" PARENT_SCOPE)
+endfunction()
+set(psap_device "bins|counting_sort|device_boxes|pair_lists|records|scene_statistics")
+set(kernel_device "launch|multi_list_kernels|step_kernels|tile_kernels")
+check_stands("__CUDA_ARCH__" "__CUDA_ARCH__"
+    "broad/host_device[.]h|broad/psap/data/(${psap_device})[.]h|broad/psap/sorted/warp_scratch[.]h|cuda/kernels/(${kernel_device})[.]cuh")
+set(psap_asm "data/counting_sort|exec/shared_memory|sorted/warp_scratch")
+set(kernel_asm "block_append|launch|tile_kernels|warp_scan")
+set(host_asm "narrow/gjk/gjk_search[.]h|narrow/hull/posed_hull[.]h|plugin/core/dynamic_type[.]h|preload/interpose[.]cpp")
+check_stands("asm" "(^|[^A-Za-z0-9_])asm( volatile)?\\("
+    "broad/psap/(${psap_asm})[.]h|cuda/kernels/(${kernel_asm})[.]cuh|${host_asm}")
+
 # Only nvcc finds cub and thrust in every toolkit: CUDA 13 moved them where a host compiler does not look.
 file(GLOB_RECURSE files RELATIVE "${ROOT}" "${ROOT}/cuda/*.h" "${ROOT}/cuda/*.cpp")
 foreach(file IN LISTS files)
