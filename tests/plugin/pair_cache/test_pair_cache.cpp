@@ -1,5 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
+#include "cullet/plugin/core/proxy_ids.h"
 #include "cullet/plugin/pair_cache/pair_cache.h"
 #include "cullet/tests/plugin/pair_cache/pair_cache_support.h"
 
@@ -9,6 +10,7 @@
 #include <climits>
 #include <set>
 #include <stdexcept>
+#include <utility>
 
 namespace cullet::test
 {
@@ -720,15 +722,37 @@ TEST(PairCache, FindsAndRemovesPairsOfIdsBeyondSignedRange)
         {
             const auto a = static_cast<std::uint32_t>(proxies[i]->m_uniqueId);
             const auto b = static_cast<std::uint32_t>(proxies[k]->m_uniqueId);
-            EXPECT_EQ(cache.findPair(Pair{a, b}), cache.findPair(proxies[i], proxies[k]));
-            EXPECT_NE(cache.findPair(Pair{a, b}), nullptr);
+            btBroadphasePair* const pair = cache.findPair(proxies[i], proxies[k]);
+            ASSERT_NE(pair, nullptr);
+            EXPECT_EQ(pairOf(*pair), (Pair{a, b}));
+            EXPECT_EQ(cache.findPair(proxies[k], proxies[i]), pair);
+            EXPECT_EQ(cache.findPair(Pair{a, b}), pair);
+            EXPECT_EQ(cache.findPair(Pair{b, a}), pair);
+            EXPECT_EQ(cache.addOverlappingPair(proxies[k], proxies[i]), pair);
         }
     }
+    EXPECT_EQ(cache.getNumOverlappingPairs(), 6);
     const Pair leaving[] = {{5, 0x80000000u}, {5, 0xffffffffu}, {0x7fffffffu, 0x80000000u}};
     EXPECT_EQ(cache.removePairs(leaving, 3, nullptr), 3u);
     EXPECT_EQ(cache.getNumOverlappingPairs(), 3);
     cache.removePair({0x80000000u, 0xffffffffu}, nullptr);
     EXPECT_EQ(cache.getNumOverlappingPairs(), 2);
+    EXPECT_TRUE(cache.isConsistent());
+    // The pairs that are left, with the later proxy first.
+    for (const auto& [later, earlier] : {std::pair{3, 1}, std::pair{1, 0}})
+    {
+        btBroadphaseProxy* const a = proxies[static_cast<std::size_t>(later)];
+        btBroadphaseProxy* const b = proxies[static_cast<std::size_t>(earlier)];
+        ASSERT_NE(cache.findPair(a, b), nullptr);
+        cache.removeOverlappingPair(a, b, nullptr);
+        EXPECT_EQ(cache.findPair(a, b), nullptr);
+        EXPECT_EQ(cache.findPair(b, a), nullptr);
+    }
+    EXPECT_EQ(cache.getNumOverlappingPairs(), 0);
+    EXPECT_TRUE(cache.isConsistent());
+    addAllPairs(cache, proxies, 4);
+    cache.removeOverlappingPairsContainingProxy(proxies[3], nullptr);
+    EXPECT_EQ(cache.getNumOverlappingPairs(), 3);
     EXPECT_TRUE(cache.isConsistent());
 }
 }  // namespace

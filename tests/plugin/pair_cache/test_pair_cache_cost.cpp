@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdint>
 
 namespace cullet::test
@@ -83,6 +84,44 @@ TEST(PairCacheCost, VisitsOnlyOwnPairsOfRemovedProxies)
     EXPECT_GE(removed, 59990u);
     EXPECT_EQ(cache.stats().visited - before, 2 * removed);
     EXPECT_TRUE(cache.isConsistent());
+}
+
+TEST(PairCacheCost, SortsForOrderedPassesAgainOnlyWhenPairsHaveChanged)
+{
+    PairCache cache;
+    Proxies proxies(20);
+    addNeighbours(cache, proxies, 3);
+    btDispatcherInfo ordered;
+    ordered.m_deterministicOverlappingPairs = true;
+    int room = 0;
+    // A sort needs memory for as many pairs as the array has room for. So room given to the array before a pass shows
+    // whether the pass has sorted.
+    const auto hasSorted = [&]
+    {
+        room += 1000;
+        cache.getOverlappingPairArray().reserve(room);
+        const std::uint64_t before = cache.bytes();
+        Visit visit([](btBroadphasePair&) { return false; });
+        cache.processAllOverlappingPairs(&visit, nullptr, ordered);
+        EXPECT_EQ(visit.visited.size(), static_cast<std::size_t>(cache.getNumOverlappingPairs()));
+        EXPECT_TRUE(std::is_sorted(visit.visited.rbegin(), visit.visited.rend()));
+        return cache.bytes() > before;
+    };
+    EXPECT_TRUE(hasSorted());
+    EXPECT_FALSE(hasSorted());
+    cache.addOverlappingPair(proxies[0], proxies[19]);
+    EXPECT_TRUE(hasSorted());
+    EXPECT_FALSE(hasSorted());
+    cache.addOverlappingPair(proxies[19], proxies[0]);
+    cache.removeOverlappingPair(proxies[0], proxies[18], nullptr);
+    cache.findPair(proxies[0], proxies[1])->m_internalInfo1 = &cache;
+    EXPECT_FALSE(hasSorted()) << "a pair that is there, one that is not, and what the application writes";
+    cache.removeOverlappingPair(proxies[3], proxies[4], nullptr);
+    EXPECT_TRUE(hasSorted());
+    EXPECT_FALSE(hasSorted());
+    cache.removeOverlappingPairsContainingProxy(proxies[7], nullptr);
+    EXPECT_TRUE(hasSorted());
+    EXPECT_FALSE(hasSorted());
 }
 
 TEST(PairCacheCost, TakesLessThanSixtyBytesPerPair)
