@@ -237,10 +237,12 @@ TEST(BroadphaseFilter, PassesNoDestroyedProxyToCallback)
     EXPECT_EQ(filter.askedCount, 2);
 }
 
-TEST(BroadphaseFilter, AllowsCallbackToCreateAndDestroyProxiesAndNestUpdates)
+TEST(BroadphaseFilter, AllowsCallbackToCreateMoveAndDestroyProxiesAndNestUpdates)
 {
     Broadphase broadphase(bruteOptions());
     btBroadphaseProxy* victim = nullptr;
+    btBroadphaseProxy* coming = nullptr;
+    btBroadphaseProxy* leaving = nullptr;
     std::vector<btBroadphaseProxy*> born;
     CountingFilter filter(
         [&](const btBroadphaseProxy&, const btBroadphaseProxy&)
@@ -248,18 +250,31 @@ TEST(BroadphaseFilter, AllowsCallbackToCreateAndDestroyProxiesAndNestUpdates)
             if (victim != nullptr)
                 broadphase.destroyProxy(victim, nullptr);
             victim = nullptr;
+            if (coming != nullptr)
+                moveCube(broadphase, coming, vec(0, 0, 0));
+            coming = nullptr;
+            if (leaving != nullptr)
+                moveCube(broadphase, leaving, vec(-50, 0, 0));
+            leaving = nullptr;
             if (born.size() < 3)
                 born.push_back(addCube(broadphase, vec(100 + 0.1 * double(born.size()), 0, 0)));
             broadphase.calculateOverlappingPairs(nullptr);  // nested: no effect
             return true;
         });
-    for (int i = 0; i < 5; ++i)
+    btBroadphaseProxy* const first = addCube(broadphase, vec(0, 0, 0));
+    for (int i = 0; i < 4; ++i)
         victim = addCube(broadphase, vec(0, 0, 0));
+    coming = addCube(broadphase, vec(50, 0, 0));
     broadphase.getOverlappingPairCache()->setOverlapFilterCallback(&filter);
     EXPECT_EQ(updatedPairs(broadphase), (Pairs{{1, 2}, {1, 3}, {1, 4}, {2, 3}, {2, 4}, {3, 4}}));
-    broadphase.calculateOverlappingPairs(nullptr);
-    EXPECT_TRUE(hasPair(broadphase, born[0], born[1]));
-    EXPECT_TRUE(hasPair(broadphase, born[1], born[2]));
+    // The next update finds what the callbacks of the first have created and moved; the first cube leaves during it.
+    leaving = first;
+    const Pairs pairs = updatedPairs(broadphase);
+    ASSERT_EQ(leaving, nullptr);
+    for (const Pair pair : Pairs{{2, 6}, {3, 6}, {4, 6}, {7, 8}, {7, 9}, {8, 9}})
+        EXPECT_TRUE(std::binary_search(pairs.begin(), pairs.end(), pair)) << pair.first << "-" << pair.second;
+    EXPECT_EQ(updatedPairs(broadphase),
+              (Pairs{{2, 3}, {2, 4}, {2, 6}, {3, 4}, {3, 6}, {4, 6}, {7, 8}, {7, 9}, {8, 9}}));
     EXPECT_EQ(broadphase.stats().pendingPairs, 0u);
     broadphase.getOverlappingPairCache()->setOverlapFilterCallback(nullptr);
 }

@@ -328,18 +328,55 @@ TEST(PairSync, TracksPairsOfIdsBeyondSignedRange)
     }
 }
 
+/// Defines nextIdOf(). An explicit instantiation may name a private member, which 2^32 proxies would count up.
+template <std::uint32_t ProxyStore::*kMember>
+struct NextIdOfStore
+{
+    friend std::uint32_t& nextIdOf(ProxyStore& store) { return store.*kMember; }
+};
+std::uint32_t& nextIdOf(ProxyStore& store);
+template struct NextIdOfStore<&ProxyStore::m_nextUniqueId>;
+
 TEST(ProxyStore, RestartsIdsAtOneAfterLargestId)
 {
     ProxyStore store(0xffffffffu);
-    const auto make = [&] {
-        return idOf(store.create(vec(0, 0, 0), vec(1, 1, 1), nullptr, {1, kAllGroups}));
-    };
-    EXPECT_EQ(make(), 0xffffffffu);
-    EXPECT_EQ(make(), 1u) << "0 is no id";
-    ProxyStore full(0xffffffffu);
-    EXPECT_EQ(idOf(full.create(vec(0, 0, 0), vec(1, 1, 1), nullptr, {1, kAllGroups})), 0xffffffffu);
+    const auto make = [&] { return store.create(vec(0, 0, 0), vec(1, 1, 1), nullptr, {1, kAllGroups}); };
+    EXPECT_EQ(idOf(make()), 0xffffffffu);
     for (std::uint32_t id = 1; id < 5; ++id)
-        EXPECT_EQ(idOf(full.create(vec(0, 0, 0), vec(1, 1, 1), nullptr, {1, kAllGroups})), id);
+        EXPECT_EQ(idOf(make()), id) << "0 is no id";
+}
+
+TEST(ProxyStore, SkipsIdsOfLiveProxiesAfterRestart)
+{
+    ProxyStore store;
+    const auto make = [&] { return store.create(vec(0, 0, 0), vec(1, 1, 1), nullptr, {1, kAllGroups}); };
+    std::vector<Proxy*> old;
+    for (std::uint32_t id = 1; id <= 7; ++id)
+    {
+        old.push_back(make());
+        ASSERT_EQ(idOf(old.back()), id);
+    }
+    nextIdOf(store) = 0xfffffffeu;
+    EXPECT_EQ(idOf(make()), 0xfffffffeu);
+    Proxy* const largest = make();
+    EXPECT_EQ(idOf(largest), 0xffffffffu);
+    // Ids of 4 and 6 are free; the row of 6 is not yet.
+    store.destroy(old[3]);
+    store.endUpdate();
+    store.destroy(old[5]);
+    for (const std::uint32_t id : {4u, 6u, 8u, 9u})
+    {
+        Proxy* const born = make();
+        EXPECT_EQ(idOf(born), id);
+        EXPECT_EQ(store.find(id), born);
+    }
+    for (const std::uint32_t id : {1u, 2u, 3u, 5u, 7u})
+        EXPECT_EQ(store.find(id), old[id - 1]);
+    EXPECT_EQ(store.find(0xffffffffu), largest);
+    EXPECT_EQ(store.find(0), nullptr);
+    int liveCount = 0;
+    store.forEach([&](const Proxy*, std::uint32_t) { ++liveCount; });
+    EXPECT_EQ(liveCount, 11);
 }
 }  // namespace
 }  // namespace cullet::test
