@@ -6,6 +6,7 @@
 #include <BulletCollision/BroadphaseCollision/btDbvtBroadphase.h>
 #include <BulletDynamics/Featherstone/btMultiBodyDynamicsWorld.h>
 #include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
+#include <LinearMath/btPoolAllocator.h>
 #include <btBulletDynamicsCommon.h>
 #include <gtest/gtest.h>
 
@@ -242,26 +243,73 @@ TEST(BroadphaseWorlds, SerialiseSameIdsAsWithDbvt)
     EXPECT_EQ(ids[0][3], 7);
 }
 
+/// A world of two objects that touch, which belong to the caller.
+struct PairWorld
+{
+    PairWorld()
+    {
+        for (btCollisionObject& object : objects)
+        {
+            object.setCollisionShape(&shape);
+            world->addCollisionObject(&object);
+        }
+        world->performDiscreteCollisionDetection();
+        EXPECT_EQ(pairsOf(*broadphase), (Pairs{{1, 2}}));
+        EXPECT_EQ(dispatcher.getNumManifolds(), 1);
+        EXPECT_EQ(configuration.getCollisionAlgorithmPool()->getUsedCount(), 1);
+    }
+    ~PairWorld() { expectNothingLeft(); }
+    PairWorld(const PairWorld&) = delete;
+    PairWorld& operator=(const PairWorld&) = delete;
+
+    void empty()
+    {
+        for (btCollisionObject& object : objects)
+            world->removeCollisionObject(&object);
+        expectNothingLeft();
+    }
+
+    /// Expects that the pair's algorithm and manifold are freed, and that no object has a proxy.
+    void expectNothingLeft()
+    {
+        EXPECT_EQ(dispatcher.getNumManifolds(), 0);
+        EXPECT_EQ(configuration.getCollisionAlgorithmPool()->getUsedCount(), 0);
+        EXPECT_EQ(configuration.getPersistentManifoldPool()->getUsedCount(), 0);
+        for (const btCollisionObject& object : objects)
+            EXPECT_EQ(object.getBroadphaseHandle(), nullptr);
+        if (broadphase != nullptr)
+        {
+            EXPECT_EQ(pairsOf(*broadphase), Pairs{});
+            EXPECT_EQ(broadphase->stats().bodies, 0u);
+        }
+    }
+
+    btSphereShape shape{1};
+    btCollisionObject objects[2];
+    btDefaultCollisionConfiguration configuration;
+    btCollisionDispatcher dispatcher{&configuration};
+    std::unique_ptr<Broadphase> broadphase = std::make_unique<Broadphase>();
+    std::unique_ptr<btCollisionWorld> world =
+        std::make_unique<btCollisionWorld>(&dispatcher, broadphase.get(), &configuration);
+};
+
 TEST(BroadphaseWorlds, EndBeforeBroadphaseOrAfterItWhenEmptied)
 {
-    for (const bool isWorldFirst : {true, false})
-    {
-        btDefaultCollisionConfiguration configuration;
-        btCollisionDispatcher dispatcher(&configuration);
-        auto broadphase = std::make_unique<Broadphase>();
-        auto world = std::make_unique<btCollisionWorld>(&dispatcher, broadphase.get(), &configuration);
-        btSphereShape shape(1);
-        btCollisionObject object;
-        object.setCollisionShape(&shape);
-        world->addCollisionObject(&object);
-        world->performDiscreteCollisionDetection();
-        if (!isWorldFirst)
-        {
-            world->removeCollisionObject(&object);
-            broadphase.reset();
-        }
-        world.reset();
-    }
+    PairWorld full;
+    full.world.reset();
+    full.expectNothingLeft();
+    full.broadphase.reset();
+
+    PairWorld first;
+    first.empty();
+    first.world.reset();
+    first.expectNothingLeft();
+    first.broadphase.reset();
+
+    PairWorld last;
+    last.empty();
+    last.broadphase.reset();
+    last.world.reset();
 }
 
 TEST(BroadphaseWorlds, LandMultiBodyOnPlane)

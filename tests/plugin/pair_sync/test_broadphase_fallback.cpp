@@ -53,6 +53,16 @@ public:
             found[pairKey({idOf(pairs[i].m_pProxy0), idOf(pairs[i].m_pProxy1)})] = pairs[i].m_algorithm;
         return found;
     }
+    /// Takes a body out of the heap, so that its pairs end.
+    void lift(std::size_t index)
+    {
+        btRigidBody& body = *bodies[index];
+        btTransform at = body.getWorldTransform();
+        at.getOrigin().setY(at.getOrigin().y() + 30);
+        body.setWorldTransform(at);
+        body.setInterpolationWorldTransform(at);
+        body.activate();
+    }
     void step() { world.stepSimulation(btScalar(1) / 60, 0, btScalar(1) / 60); }
 
     btBoxShape groundShape{vec(50, 1, 50)};
@@ -64,6 +74,13 @@ public:
     btDiscreteDynamicsWorld world{&dispatcher, &broadphase, &solver, &configuration};
     std::vector<std::unique_ptr<btRigidBody>> bodies;
 };
+
+std::unique_ptr<Backend> makeRowsBackend()
+{
+    GridOptions rows;
+    rows.flatLimit = 0;
+    return makeGridBackend(rows);
+}
 
 TEST(BroadphaseFallback, KeepsPairsAndAlgorithmsAndWarnsOnceWhenBackendFails)
 {
@@ -135,12 +152,47 @@ TEST(BroadphaseFallback, HandlesFailureInFirstUpdatesWithPendingPairs)
 TEST(BroadphaseFallback, KeepsPairsAndAlgorithmsWhenBackendIsReplaced)
 {
     HeapWorld scene(makeBruteForceBackend());
-    for (int step = 0; step < 10; ++step)
-        scene.step();
-    const auto before = scene.algorithms();
+    HeapWorld undisturbed(makeBruteForceBackend());
+    const auto stepBoth = [&]
+    {
+        for (int step = 0; step < 10; ++step)
+        {
+            scene.step();
+            undisturbed.step();
+            ASSERT_EQ(pairsOf(scene.broadphase), pairsOf(undisturbed.broadphase)) << step;
+        }
+    };
+    // Before the first update.
+    scene.broadphase.setBackend(makeLeGrandBackend());
     scene.broadphase.setBackend(makeGridBackend());
-    scene.broadphase.calculateOverlappingPairs(&scene.dispatcher);
-    EXPECT_EQ(scene.algorithms(), before);
+    stepBoth();
+    std::size_t body = 10;
+    for (const auto& make : {makeRowsBackend, makeSapBackend, makeBruteForceBackend})
+    {
+        const std::string name = make()->name();
+        SCOPED_TRACE(name);
+        const auto before = scene.algorithms();
+        ASSERT_GT(before.size(), 50u);
+        scene.broadphase.setBackend(make());
+        EXPECT_EQ(scene.algorithms(), before) << "before the update";
+        for (int update = 0; update < 2; ++update)
+        {
+            scene.broadphase.calculateOverlappingPairs(&scene.dispatcher);
+            EXPECT_EQ(scene.algorithms(), before) << "update " << update;
+        }
+        EXPECT_EQ(scene.broadphase.backend().name(), name);
+        stepBoth();
+        // Twice in a row, and pairs end in the first update of the second, which has not reported them.
+        scene.broadphase.setBackend(makeLeGrandBackend());
+        scene.broadphase.setBackend(make());
+        scene.lift(body);
+        undisturbed.lift(body);
+        ++body;
+        stepBoth();
+    }
+    for (std::size_t i = 0; i < scene.bodies.size(); ++i)
+        EXPECT_EQ(scene.bodies[i]->getWorldTransform().getOrigin(),
+                  undisturbed.bodies[i]->getWorldTransform().getOrigin());
 }
 
 TEST(BroadphaseFallback, GivesExistingPairsToBackendSetByCallbackDuringUpdate)
