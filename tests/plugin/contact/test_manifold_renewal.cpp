@@ -49,11 +49,13 @@ TEST(ManifoldRenewal, DropsPointsThatRollingWheelHasLeft)
     body.setLinearVelocity(vec(2, 0, 0));
     body.setAngularVelocity(vec(0, 0, -2 / 0.3));
     const EndedScope scope;
-    int lines = 0, touching = 0, points = 0;
+    int lines = 0, touching = 0, points = 0, landings = 0, before = 0;
     for (int i = 0; i < 120; ++i)
     {
         world.step();
         const int count = world.contactsOf(ground, body);
+        landings += before == 0 && count > 0;
+        before = count;
         lines += count == 2;
         touching += count > 0;
         points += count;
@@ -62,6 +64,9 @@ TEST(ManifoldRenewal, DropsPointsThatRollingWheelHasLeft)
     EXPECT_GT(lines, touching / 2);
     EXPECT_LT(points, 3 * touching);
     EXPECT_GT(body.getWorldTransform().getOrigin().x(), 3);
+    EXPECT_GT(before, 0);
+    EXPECT_EQ(endedTotal, landings - 1)
+        << "the contact ends where the wheel jumps, not where its points change";
 }
 
 TEST(ManifoldRenewal, KeepsImpulsesOfPointsThatAreRenewedAndDropsOthers)
@@ -72,20 +77,36 @@ TEST(ManifoldRenewal, KeepsImpulsesOfPointsThatAreRenewedAndDropsOthers)
     probe.place(vec(0, 1.08, 0), vec(0, 0, 0));
     btPersistentManifold* manifold = probe.step();
     ASSERT_EQ(manifold->getNumContacts(), 4);
+    // One of 1, 2, 4 and 5 at each corner of the face.
+    const auto impulseAt = [](const btManifoldPoint& point)
+    { return btScalar(1 + (point.m_localPointA.x() > 0 ? 1 : 0) + (point.m_localPointA.z() > 0 ? 3 : 0)); };
+    const auto expectOwnImpulses = [&](btScalar sum)
+    {
+        for (int i = 0; i < manifold->getNumContacts(); ++i)
+        {
+            const btManifoldPoint& point = manifold->getContactPoint(i);
+            EXPECT_EQ(point.m_appliedImpulse, impulseAt(point)) << i;
+            sum -= point.m_appliedImpulse;
+        }
+        EXPECT_EQ(sum, 0) << "a corner is missing, or there twice";
+    };
     for (int i = 0; i < 4; ++i)
-        manifold->getContactPoint(i).m_appliedImpulse = 1;
+        manifold->getContactPoint(i).m_appliedImpulse = impulseAt(manifold->getContactPoint(i));
+    expectOwnImpulses(1 + 2 + 4 + 5);
+    const EndedScope scope;
     probe.place(vec(0.001, 1.08, 0), vec(0, 0, 0));
     manifold = probe.step();
     ASSERT_EQ(manifold->getNumContacts(), 4);
-    for (int i = 0; i < 4; ++i)
-        EXPECT_EQ(manifold->getContactPoint(i).m_appliedImpulse, 1) << i;
-    // The wheel stands on an edge.
+    expectOwnImpulses(1 + 2 + 4 + 5);
+    // The cube stands on the edge at its lesser x.
     const double angle = 0.07;
     probe.place(btTransform(btQuaternion(0, 0, btScalar(angle)),
                             vec(0, 0.58 + 0.5 * (std::cos(angle) + std::sin(angle)), 0)),
                 btTransform::getIdentity());
     manifold = probe.step();
     EXPECT_EQ(manifold->getNumContacts(), 2);
+    expectOwnImpulses(1 + 4);
+    EXPECT_EQ(endedTotal, 0);
 }
 
 TEST(ManifoldRenewal, DoesNotEndAContactWhoseLastPointJumps)
