@@ -401,7 +401,7 @@ TEST(PairSort, SortsListsAndRemovesKeysThatOccurTwice)
     }
 }
 
-TEST(PairSort, MergesListsThatAreAlreadyInOrder)
+TEST(PairSort, TakesListsInOrderWithoutSort)
 {
     PairSort sort;
     ParallelLoops workers(2);
@@ -415,11 +415,13 @@ TEST(PairSort, MergesListsThatAreAlreadyInOrder)
     Pairs pairs;
     sort.write(workers, lists, pairs);
     EXPECT_EQ(pairs, expected);
+    EXPECT_EQ(sort.bytes(), 0u) << "has sorted a copy";
     // Duplicates, one in each list.
     lists[1].push(pairKey(expected[7]));
     expected.erase(expected.begin() + 7);
     sort.write(workers, lists, pairs);
     EXPECT_EQ(pairs, expected);
+    EXPECT_GT(sort.bytes(), 8 * expected.size());
 }
 
 TEST(PairSort, EqualsSortingByComparisons)

@@ -137,6 +137,32 @@ TEST(PairStreamHash, EqualsFnv1aForEmptyStreamAndEmptyDelta)
     EXPECT_EQ(empty.value(), zeros);
 }
 
+TEST(PairStreamHash, EqualsFnv1aOfBytesOfWordsInOrder)
+{
+    const auto fnv1a = [](const std::vector<unsigned char>& bytes)
+    {
+        std::uint64_t hash = 0xcbf29ce484222325u;
+        for (const unsigned char byte : bytes)
+            hash = (hash ^ byte) * 0x100000001b3u;
+        return hash;
+    };
+    // From the authors' list of test vectors.
+    ASSERT_EQ(fnv1a({'a'}), 0xaf63dc4c8601ec8cu);
+    ASSERT_EQ(fnv1a({'f', 'o', 'o', 'b', 'a', 'r'}), 0x85944171f73967e8u);
+
+    PairStreamHash hash;
+    hash.add({{{1, 2}, {0x01020304, 0xfffefdfc}}, {{0x8000, 0x10000}}});
+    std::vector<unsigned char> bytes = {2, 0,    0, 0,                          // added
+                                        1, 0,    0, 0, 2,    0,    0,    0,     // first and second
+                                        4, 3,    2, 1, 0xfc, 0xfd, 0xfe, 0xff,  //
+                                        1, 0,    0, 0,                          // removed
+                                        0, 0x80, 0, 0, 0,    0,    1,    0};
+    EXPECT_EQ(hash.value(), fnv1a(bytes));
+    hash.add({{}, {{7, 9}}});
+    bytes.insert(bytes.end(), {0, 0, 0, 0, 1, 0, 0, 0, 7, 0, 0, 0, 9, 0, 0, 0});
+    EXPECT_EQ(hash.value(), fnv1a(bytes));
+}
+
 TEST(PairStreamHash, DependsOnOrderSideAndTimeOfPairs)
 {
     const PairDelta one{{{1, 2}}, {}};

@@ -12,6 +12,8 @@
 #include <cstdint>
 #include <numeric>
 #include <random>
+#include <set>
+#include <stdexcept>
 #include <vector>
 
 namespace cullet::test
@@ -26,7 +28,7 @@ using psap::OrderBucket;
 using psap::RankChange;
 using psap::UpdateCounters;
 
-/// HostExec that counts its sorts and transfers.
+/// HostExec that counts its sorts and transfers, and can fail.
 class WatchedExec : public psap::HostExec
 {
 public:
@@ -42,12 +44,15 @@ public:
     void scan(const T* in, T* out, std::uint64_t count)
     {
         ++scans;
+        if (failsInScan)
+            throw std::runtime_error("of the test");
         HostExec::scan(in, out, count);
     }
     using HostExec::mappedForWriting;
     Pair* mappedForWriting(Pair* list, std::uint64_t count)
     {
         ++lists;
+        written.insert(list);
         return HostExec::mappedForWriting(list, count);
     }
     template <class T>
@@ -58,8 +63,10 @@ public:
 
     int sorts = 0;
     int scans = 0;
-    int lists = 0;  ///< lists of changes written
+    int lists = 0;                  ///< lists of changes written
+    std::set<const Pair*> written;  ///< their addresses
     bool canLock = true;
+    bool failsInScan = false;
 };
 
 /// Rows with unique ids in a different order.
@@ -101,41 +108,33 @@ protected:
     void expectNamed(const std::vector<RowPair>& added, const std::vector<RowPair>& removed,
                      std::uint64_t room = 100000)
     {
-        const std::uint32_t largest = *std::max_element(m_ids.begin(), m_ids.end());
-        Counters counters{};
-        counters.lists.added = added.size();
-        counters.lists.removed = removed.size();
-        counters.lists.kept = 1;
-        const std::uint32_t sides = 77;
-        std::vector<std::uint64_t> slots(64, 5);
-        UpdateCounters next{};
-        next.counters.lists.removed = next.motion = 3;
-        m_held.assign(room, RowPair{0, 0});
-        std::vector<float> depths(room, 7.0f);
-        const ChangeLists lists = {added.data(),
-                                   added.size(),
-                                   removed.data(),
-                                   m_held.data(),
-                                   depths.data(),
-                                   m_held.size(),
-                                   LookupTable{slots.data(), slots.size() - 1, &counters.lists.lookups},
-                                   &counters,
-                                   &sides,
-                                   m_ids.data(),
-                                   &next};
-        PairDelta& delta = m_delta;
-        m_exec.sorts = m_exec.scans = m_exec.lists = 0;
-        m_output.enqueue(m_exec, lists, largest, delta);
+        Update update(*this, added, removed, room);
+        m_output.enqueue(m_exec, update.lists, largestId(), m_delta);
         EXPECT_EQ(m_output.counters().lists.added, added.size());
-        EXPECT_EQ(m_output.counters().unboundedCount, sides);
-        EXPECT_EQ(next.counters.lists.removed + next.motion, 0u);
-        m_output.take(m_exec, lists, largest, false, delta);
-        EXPECT_EQ(delta.added, named(added));
-        EXPECT_EQ(delta.removed, named(removed));
-        EXPECT_EQ(slots, std::vector<std::uint64_t>(64, LookupTable::kFree));
-        for (std::size_t i = 0; i < added.size(); ++i)
-            ASSERT_TRUE(m_held[i + 1].a == added[i].a && m_held[i + 1].b == added[i].b && depths[i + 1] == 0)
-                << i;
+        EXPECT_EQ(m_output.counters().unboundedCount, update.sides);
+        EXPECT_EQ(update.next.counters.lists.removed + update.next.motion, 0u);
+        m_output.take(m_exec, update.lists, largestId(), false, m_delta);
+        EXPECT_EQ(m_delta.added, named(added));
+        EXPECT_EQ(m_delta.removed, named(removed));
+        EXPECT_EQ(update.slots, std::vector<std::uint64_t>(64, LookupTable::kFree));
+        // The first held pair was there before. Beyond the room is memory of somebody else.
+        for (std::size_t i = 0; i < update.held.size(); ++i)
+        {
+            const bool isAdded = i >= 1 && i - 1 < added.size() && i < room;
+            const RowPair expected = isAdded ? added[i - 1] : Update::kUntouched;
+            ASSERT_TRUE(update.held[i].a == expected.a && update.held[i].b == expected.b) << i;
+            ASSERT_EQ(update.depths[i], isAdded ? 0.0f : 7.0f) << i;
+        }
+    }
+
+    /// An update that ends in the middle: its changes are counted in the buckets, and not yet taken out.
+    void failWithBuckets(const std::vector<RowPair>& added, const std::vector<RowPair>& removed)
+    {
+        Update update(*this, added, removed, 100000);
+        m_exec.failsInScan = true;
+        EXPECT_THROW(m_output.enqueue(m_exec, update.lists, largestId(), m_delta), std::runtime_error);
+        m_exec.failsInScan = false;
+        EXPECT_EQ(m_exec.scans, 1) << "the changes are ordered without buckets";
     }
 
     /// How often the last call transferred both lists of changes.
@@ -145,6 +144,12 @@ protected:
     void takeOtherLists() { m_delta = {}; }
     void lockNoLists() { m_exec.canLock = false; }
     const Pair* addedList() const { return m_delta.added.data(); }
+    /// Whether the last call wrote both lists where the caller reads them, instead of elsewhere for a copy.
+    bool wroteInPlace() const
+    {
+        const std::set<const Pair*> lists = {m_delta.added.data(), m_delta.removed.data()};
+        return lists == m_exec.written;
+    }
 
     /// Whether the last call sorted the changes by buckets alone.
     bool wentByBuckets() const { return m_exec.sorts == 0 && m_exec.scans > 0; }
@@ -156,6 +161,47 @@ protected:
     std::uint32_t lesserId(RowPair pair) const { return std::min(m_ids[pair.a], m_ids[pair.b]); }
 
 private:
+    /// The lists of one update.
+    struct Update
+    {
+        static constexpr RowPair kUntouched = {0xfffffff0u, 0xfffffff1u};
+
+        Update(DeltaOutputs& test, const std::vector<RowPair>& added, const std::vector<RowPair>& removed,
+               std::uint64_t room)
+            : held(std::max<std::uint64_t>(room, added.size()) + 2, kUntouched), depths(held.size(), 7.0f)
+        {
+            counters.lists.added = added.size();
+            counters.lists.removed = removed.size();
+            counters.lists.kept = 1;
+            next.counters.lists.removed = next.motion = 3;
+            lists = {added.data(),
+                     added.size(),
+                     removed.data(),
+                     held.data(),
+                     depths.data(),
+                     room,
+                     LookupTable{slots.data(), slots.size() - 1, &counters.lists.lookups},
+                     &counters,
+                     &sides,
+                     test.m_ids.data(),
+                     &next};
+            test.m_exec.sorts = test.m_exec.scans = test.m_exec.lists = 0;
+            test.m_exec.written.clear();
+        }
+        Update(const Update&) = delete;
+        Update& operator=(const Update&) = delete;
+
+        Counters counters{};
+        const std::uint32_t sides = 77;
+        std::vector<std::uint64_t> slots = std::vector<std::uint64_t>(64, 5);
+        UpdateCounters next{};
+        std::vector<RowPair> held;  ///< with room for all pairs that enter, whatever the lists say
+        std::vector<float> depths;
+        ChangeLists lists{};
+    };
+
+    std::uint32_t largestId() const { return *std::max_element(m_ids.begin(), m_ids.end()); }
+
     Pairs named(const std::vector<RowPair>& pairs) const
     {
         Pairs names;
@@ -168,7 +214,6 @@ private:
     std::mt19937 m_random{7};
     std::vector<std::uint32_t> m_ids;
     WatchedExec m_exec{PsapOptions{}};
-    std::vector<RowPair> m_held;
     PairDelta m_delta;
     DeltaOutput<WatchedExec> m_output;
 };
@@ -243,10 +288,14 @@ TEST_F(SmallDeltaOutputs, RequestChangesTwiceOnlyWhenMoreThanExpected)
     EXPECT_EQ(askings(), 2) << "few are expected again";
 }
 
-TEST_F(SmallDeltaOutputs, ReportChangesWhenAddedPairsExactlyFillHeldList)
+TEST_F(SmallDeltaOutputs, ReportChangesWhenAddedPairsFillOrOverfillHeldList)
 {
-    expectNamed(chain(600), chain(300, 2), 601);
-    EXPECT_EQ(askings(), 1);
+    for (const std::uint64_t room : {602u, 601u, 600u, 400u, 1u, 0u})
+    {
+        SCOPED_TRACE(room);
+        expectNamed(chain(600), chain(300, 2), room);
+        EXPECT_EQ(askings(), 1);
+    }
 }
 
 TEST_F(DeltaOutputs, ReportAllChangesOfBoxThatOverfillsItsBucket)
@@ -276,9 +325,14 @@ TEST_F(DeltaOutputs, OrderChangesByBucketsAfterRecovery)
 {
     expectNamed(chain(9000), chain(8000, 2));
     expectNamed(chain(8000), chain(9000, 2));
-    recover();
-    expectNamed(chain(9000), chain(8000, 2));
-    EXPECT_TRUE(wentByBuckets());
+    for (int failure = 0; failure < 3; ++failure)
+    {
+        failWithBuckets(chain(7000), chain(8000, 3));
+        recover();
+        expectNamed(chain(9000), chain(8000, 2));
+        EXPECT_TRUE(wentByBuckets());
+        EXPECT_EQ(askings(), 1);
+    }
 }
 
 TEST_F(DeltaOutputs, OrderChangesWhenOtherBoxesChangeThanBefore)
@@ -322,21 +376,26 @@ TEST_F(DeltaOutputs, PutFewSmallerIdsThanBeforeFirst)
     EXPECT_EQ(askings(), 1);
 }
 
-TEST_F(DeltaOutputs, KeepMemoryOfListsThatCallerReturns)
+TEST_F(DeltaOutputs, WriteInPlaceIntoListsThatCallerReturns)
 {
     expectNamed(chain(9000), chain(8000, 2));
+    EXPECT_FALSE(wroteInPlace()) << "memory that may be used only once";
     const Pair* list = addedList();
     for (int update = 0; update < 3; ++update)
     {
         expectNamed(chain(9000 - static_cast<std::uint32_t>(update)), chain(8000, 2));
         EXPECT_EQ(addedList(), list);
+        EXPECT_TRUE(wroteInPlace());
     }
     takeOtherLists();
     expectNamed(chain(8000), chain(9000, 2));
     expectNamed(chain(8000), chain(9000, 2));
+    EXPECT_TRUE(wroteInPlace());
     lockNoLists();
     expectNamed(chain(8000, 2), chain(9000));
+    EXPECT_FALSE(wroteInPlace());
     expectNamed(chain(8000), chain(9000, 2));
+    EXPECT_FALSE(wroteInPlace());
 }
 
 TEST_F(LargeIdDeltaOutputs, OrderChangesOfLargestIds)

@@ -14,6 +14,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <limits>
 #include <numeric>
 #include <vector>
 
@@ -182,18 +184,36 @@ TEST(PsapSearch, ComputesPrincipalDirectionsOfCloud)
     }
 }
 
-TEST(PsapSearch, UsesWorldAxesWhenSpreadOverflows)
+TEST(PsapSearch, UsesWorldAxesWhenSpreadIsZeroOrOverflows)
 {
-    psap::CentreSums sums;
-    sums.reset();
-    sums.add(cube(3e38f, 3e38f));
-    sums.add(cube(-3e38f, -3e38f));
-    sums.product[0] = std::numeric_limits<double>::infinity();
-    const psap::Directions found = psap::principalDirections(sums);
+    psap::CentreSums none, one, same, apart;
+    for (psap::CentreSums* sums : {&none, &one, &same, &apart})
+        sums->reset();
+    one.add(boxAt(3, -5, 7));
+    // Sums of a power of two of halves are exact: the variance is 0 instead of a rounding error.
+    for (int i = 0; i < 1024; ++i)
+        same.add(boxAt(0.5f, -2.5f, 3));
+    apart.add(cube(3e38f, 3e38f));
+    apart.add(cube(-3e38f, -3e38f));
+    apart.product[0] = std::numeric_limits<double>::infinity();
+    const float axes[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+    for (const psap::CentreSums& sums : {none, one, same})
+    {
+        SCOPED_TRACE(testing::Message() << sums.count << " boxes");
+        const psap::Directions found = psap::principalDirections(sums);
+        // In any order, since the spread is the same along all of them.
+        for (const float(&axis)[3] : axes)
+        {
+            const auto isAxis = [&](const float(&direction)[3])
+            { return std::equal(std::begin(axis), std::end(axis), std::begin(direction)); };
+            EXPECT_EQ(std::count_if(std::begin(found.along), std::end(found.along), isAxis), 1);
+        }
+    }
+    const psap::Directions found = psap::principalDirections(apart);
     for (int k = 0; k < 3; ++k)
     {
         for (int axis = 0; axis < 3; ++axis)
-            EXPECT_EQ(found.along[k][axis], k == axis ? 1.0f : 0.0f);
+            EXPECT_EQ(found.along[k][axis], axes[k][axis]);
     }
 }
 
