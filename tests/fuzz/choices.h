@@ -51,6 +51,13 @@ public:
         return bits % count;
     }
 
+    /// One of up to 256 values.
+    template <class T, std::size_t count>
+    T of(const T (&values)[count])
+    {
+        return values[below(static_cast<std::uint32_t>(count))];
+    }
+
     /// True for `outOf256` of the 256 values of a byte, the highest ones.
     bool chance(std::uint32_t outOf256) { return byte() + outOf256 >= 256; }
 

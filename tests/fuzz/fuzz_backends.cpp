@@ -1,0 +1,542 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+
+// A table of boxes drives up to three backends at once; each update of each is compared with brute force.
+
+#include "cullet/broad/proxy_table.h"
+#include "cullet/tests/fuzz/backend_choice.h"
+#include "cullet/tests/fuzz/box_model.h"
+#include "cullet/tests/fuzz/choices.h"
+#include "cullet/tests/fuzz/fuzz_target.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <functional>
+#include <iterator>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace cullet::test
+{
+const char* const kFuzzTargetName = "backends";
+
+namespace
+{
+constexpr std::size_t kMostProxies = 320;
+constexpr std::uint32_t kMostIds = 4000;
+constexpr std::uint32_t kMostUpdates = 500;
+
+enum class Operation
+{
+    Update,
+    Create,
+    Destroy,
+    Shift,
+    Teleport,
+    Resize,
+    MakeStrange,
+    Copy,
+    Refilter,
+    SetMargin,
+    Restart,
+    ChangeBackend,
+    CreateMany,
+    DestroyMany,
+    SetMany,
+    Run,
+    Clear,
+    CollectForQueries,
+    kCount
+};
+
+std::string text(const Pairs& pairs)
+{
+    std::string words = "{";
+    for (std::size_t i = 0; i < std::min<std::size_t>(pairs.size(), 6); ++i)
+        words += " " + std::to_string(pairs[i].first) + "-" + std::to_string(pairs[i].second);
+    return words + (pairs.size() > 6 ? " ... of " + std::to_string(pairs.size()) : "") + " }";
+}
+
+class BackendRun
+{
+public:
+    BackendRun(const std::uint8_t* data, std::size_t size) : m_choices(data, size)
+    {
+        const std::uint32_t count = 1 + m_choices.below(3);
+        m_idKind = m_choices.below(4);
+        m_margin = m_choices.chance(128) ? 0.0625f : 0.0f;
+        for (std::uint32_t i = 0; i < count; ++i)
+            m_backends.push_back(chosenBackend(m_choices));
+    }
+
+    std::string run()
+    {
+        for (m_choices.nextOperation(); !m_choices.isEmpty() && m_fault.empty(); m_choices.nextOperation())
+        {
+            operate(static_cast<Operation>(m_choices.below(static_cast<std::uint32_t>(Operation::kCount))));
+            if (m_choices.chance(96))
+                update();
+        }
+        update();
+        update();
+        return m_fault;
+    }
+
+private:
+    void operate(Operation operation)
+    {
+        const bool needsProxy = operation >= Operation::Destroy && operation <= Operation::Refilter;
+        if (needsProxy && m_model.live().empty())
+            return;
+        switch (operation)
+        {
+            case Operation::Create:
+                return createOne();
+            case Operation::Destroy:
+                return destroy(anyIndex());
+            case Operation::Shift:
+                return shift(anyRow());
+            case Operation::Teleport:
+            case Operation::Resize:
+                return replace(operation == Operation::Resize);
+            case Operation::MakeStrange:
+                return makeStrange();
+            case Operation::Copy:
+                return copy();
+            case Operation::Refilter:
+                return refilter(anyRow());
+            case Operation::SetMargin:
+                return setMargin();
+            case Operation::Restart:
+                return restart();
+            case Operation::ChangeBackend:
+                return changeBackend();
+            case Operation::CreateMany:
+                return createMany();
+            case Operation::DestroyMany:
+                return destroyMany();
+            case Operation::SetMany:
+                return setMany();
+            case Operation::Run:
+                return moveForSteps();
+            case Operation::Clear:
+                return clear();
+            case Operation::CollectForQueries:
+                return collectForQueries();
+            default:
+                return update();
+        }
+    }
+
+    // What is chosen.
+
+    std::size_t anyIndex() { return m_choices.below(static_cast<std::uint32_t>(m_model.live().size())); }
+    ProxyId anyRow() { return m_model.live()[anyIndex()]; }
+
+    /// Of six bytes for the corner and three for the sizes.
+    Aabb anyBox()
+    {
+        Aabb box;
+        for (float& low : box.min)
+            low = m_choices.coordinate();
+        resize(box);
+        return box;
+    }
+
+    void resize(Aabb& box)
+    {
+        for (int axis = 0; axis < 3; ++axis)
+        {
+            const std::uint8_t bits = m_choices.byte();
+            const float side = bits < 160 ? static_cast<float>(bits) / 32
+                                          : std::ldexp(1.0f, static_cast<int>(bits % 32) - 20);
+            box.max[axis] = bits == 255 ? box.min[axis] - 1 : box.min[axis] + side;
+        }
+    }
+
+    Aabb strangeBox()
+    {
+        Aabb box;
+        const bool isSorted = !m_choices.chance(64);
+        for (int axis = 0; axis < 3; ++axis)
+        {
+            box.min[axis] = m_choices.coordinate(true);
+            box.max[axis] = m_choices.coordinate(true);
+            // Else seven of eight boxes would be empty.
+            if (isSorted && box.min[axis] > box.max[axis])
+                std::swap(box.min[axis], box.max[axis]);
+        }
+        return box;
+    }
+
+    Filter anyFilter()
+    {
+        const std::uint8_t bits = m_choices.byte();
+        if (bits < 128)
+            return {1, -1};
+        const std::int32_t without = ~(1 << (bits >> 3 & 3));
+        return {1 << (bits & 3), (bits & 4) != 0 ? without : bits >> 3 & 15};
+    }
+
+    float noise(float reach)
+    {
+        m_noise = m_noise * 1664525u + 1013904223u;
+        return (static_cast<float>(m_noise >> 8) / 8388608.0f - 1.0f) * reach;
+    }
+
+    /// Ids that ascend from 1, that ascend to the end of the range, that descend, or in no order.
+    std::uint32_t nextId()
+    {
+        const std::uint32_t number = ++m_idCount;
+        const std::uint32_t ids[] = {number, 0xffffffffu - kMostIds + number, 1000000u - number,
+                                     number * 2654435761u};
+        return ids[m_idKind];
+    }
+
+    // What is done.
+
+    void create(const Aabb& box, Filter filter)
+    {
+        if (m_model.live().size() >= kMostProxies || m_idCount >= kMostIds)
+            return;
+        const std::uint32_t id = nextId();
+        const ProxyId row = m_table.create(box, id, filter);
+        m_model.create(row, id, box, filter);
+        m_ids.push_back(id);
+    }
+
+    void createOne()
+    {
+        const Aabb box = anyBox();
+        create(box, anyFilter());
+    }
+
+    void destroy(std::size_t index)
+    {
+        m_table.destroy(m_model.live()[index]);
+        m_model.destroy(index);
+    }
+
+    void setBox(ProxyId row, const Aabb& box)
+    {
+        m_table.setBox(row, box);
+        m_model.setBox(row, box);
+    }
+
+    void shift(ProxyId row)
+    {
+        const int scale = static_cast<int>(m_choices.below(24));
+        Aabb box = m_model.at(row).box;
+        for (int axis = 0; axis < 3; ++axis)
+        {
+            const float way = std::ldexp(static_cast<float>(m_choices.byte()) - 128.0f, -scale);
+            box.min[axis] += way;
+            box.max[axis] += way;
+        }
+        setBox(row, box);
+    }
+
+    void replace(bool keepsPlace)
+    {
+        const ProxyId row = anyRow();
+        Aabb box = m_model.at(row).box;
+        if (keepsPlace)
+            resize(box);
+        else
+            box = anyBox();
+        setBox(row, box);
+    }
+
+    void makeStrange()
+    {
+        const ProxyId row = anyRow();
+        setBox(row, strangeBox());
+    }
+
+    void copy()
+    {
+        const ProxyId from = anyRow();
+        setBox(anyRow(), m_model.at(from).box);
+    }
+
+    void refilter(ProxyId row)
+    {
+        const Filter filter = anyFilter();
+        m_table.setFilter(row, filter);
+        m_model.setFilter(row, filter);
+    }
+
+    void setMargin()
+    {
+        m_margin = std::fabs(m_choices.coordinate(true));
+        if (std::isnan(m_margin))
+            m_margin = 0.05f;
+    }
+
+    void restart()
+    {
+        Pairs known = m_model.held();
+        const std::uint32_t kind = m_choices.below(5);
+        const std::uint32_t stride = 1 + m_choices.below(7);
+        if (kind == 1)
+            known.clear();
+        else if (kind == 2)
+            known = everyOther(known, stride);
+        else if (kind == 3)
+            addStale(known);
+        else if (kind == 4)
+            m_useFilter = !m_useFilter;
+        m_model.hold(known);
+        for (const auto& backend : m_backends)
+            backend->restart(known);
+    }
+
+    static Pairs everyOther(const Pairs& pairs, std::uint32_t stride)
+    {
+        Pairs some;
+        for (std::size_t i = 0; i < pairs.size(); ++i)
+            if (i % (stride + 1) != 0)
+                some.push_back(pairs[i]);
+        return some;
+    }
+
+    /// Adds pairs of proxies that live or lived.
+    void addStale(Pairs& known)
+    {
+        for (int i = 0; i < 5 && !m_ids.empty(); ++i)
+        {
+            const auto count = static_cast<std::uint32_t>(m_ids.size());
+            const std::uint32_t a = m_ids[m_choices.below(count)];
+            const std::uint32_t b = m_ids[m_choices.below(count)];
+            if (a != b)
+                known.push_back(makePair(a, b));
+        }
+        std::sort(known.begin(), known.end());
+        known.erase(std::unique(known.begin(), known.end()), known.end());
+    }
+
+    void changeBackend()
+    {
+        auto& backend = m_backends[m_choices.below(static_cast<std::uint32_t>(m_backends.size()))];
+        backend = chosenBackend(m_choices);
+        backend->restart(m_model.held());
+    }
+
+    /// A row, a square or a cube of boxes of one size.
+    void createMany()
+    {
+        const std::uint32_t count = 1 + m_choices.below(100);
+        const std::uint32_t side = m_choices.of({100u, 10u, 5u, 1u});
+        const float spacing = static_cast<float>(m_choices.byte()) / 32;
+        const Aabb first = anyBox();
+        m_noise = m_choices.byte();
+        const float reach = m_choices.of({0.0f, 0.25f, 4.0f, 0.001f});
+        for (std::uint32_t i = 0; i < count; ++i)
+        {
+            const std::uint32_t place[] = {i % side, i / side % side, i / side / side};
+            Aabb box = first;
+            for (int axis = 0; axis < 3; ++axis)
+            {
+                const float way = spacing * static_cast<float>(place[axis]) + noise(reach);
+                box.min[axis] += way;
+                box.max[axis] += way;
+            }
+            create(box, {1, -1});
+        }
+    }
+
+    void destroyMany()
+    {
+        const std::size_t stride = 1 + m_choices.below(8);
+        for (std::size_t index = m_choices.below(8); index < m_model.live().size(); index += stride - 1)
+            destroy(index);
+    }
+
+    /// Through setBoxes(): some boxes are as they were.
+    void setMany()
+    {
+        const std::size_t stride = 1 + m_choices.below(8);
+        m_noise = m_choices.byte();
+        const float reach = m_choices.of({0.0f, 0.01f, 1.0f, 20.0f});
+        std::vector<Aabb> boxes(m_model.size());
+        std::vector<ProxyId> rows;
+        for (std::size_t i = m_choices.below(8); i < m_model.live().size(); i += stride)
+        {
+            const ProxyId row = m_model.live()[i];
+            Aabb& box = boxes[row];
+            box = m_model.at(row).box;
+            if (noise(1) > 0)
+            {
+                moveByNoise(box, reach);
+                if (box != m_model.at(row).box)
+                    m_model.setBox(row, box);
+            }
+            rows.push_back(row);
+        }
+        m_table.setBoxes(boxes.data(), rows.data(), rows.size());
+    }
+
+    void moveByNoise(Aabb& box, float reach)
+    {
+        for (int axis = 0; axis < 3; ++axis)
+        {
+            const float way = noise(reach);
+            box.min[axis] += way;
+            box.max[axis] += way;
+        }
+    }
+
+    /// Updates in which some proxies move and the others rest.
+    void moveForSteps()
+    {
+        const std::uint32_t steps = 1 + m_choices.below(48);
+        const std::size_t first = m_choices.byte();
+        const std::size_t stride = 1 + m_choices.below(64);
+        const float reach = std::ldexp(1.0f, 2 - static_cast<int>(m_choices.below(16)));
+        const float drift = m_choices.chance(64) ? reach : 0.0f;
+        m_noise = m_choices.byte();
+        for (std::uint32_t step = 0; step < steps && m_fault.empty(); ++step)
+        {
+            for (std::size_t i = first; i < m_model.live().size(); i += stride)
+            {
+                const ProxyId row = m_model.live()[i];
+                Aabb box = m_model.at(row).box;
+                moveByNoise(box, reach);
+                box.min[0] += drift;
+                box.max[0] += drift;
+                setBox(row, box);
+            }
+            update();
+        }
+    }
+
+    void clear()
+    {
+        while (!m_model.live().empty())
+            destroy(m_model.live().size() - 1);
+        if (m_choices.chance(128))
+            update();
+        m_table.clear();
+        m_model.clear();
+        for (const auto& backend : m_backends)
+            backend->restart(m_model.held());
+        if (!m_model.held().empty())
+            return;
+        // No pair is known by the ids of before, so they may come again.
+        m_idCount = 0;
+        m_ids.clear();
+    }
+
+    // What is checked.
+
+    void collectForQueries()
+    {
+        Array<ProxyId> rows;
+        m_table.collectQueryChanges(rows);
+        for (ProxyId row = 0; row < m_model.size(); ++row)
+        {
+            BoxModel::Proxy& proxy = m_model.at(row);
+            if (proxy.isUncollected && !std::binary_search(rows.begin(), rows.end(), row))
+                fail("row " + std::to_string(row) + " not collected for queries");
+            proxy.isUncollected = false;
+        }
+        if (m_table.hasQueryChanges() ||
+            std::adjacent_find(rows.begin(), rows.end(), std::greater_equal<ProxyId>()) != rows.end())
+            fail("rows for queries not in order, or more of them");
+    }
+
+    void update()
+    {
+        if (!m_fault.empty() || m_updates++ >= kMostUpdates)
+            return;
+        const ProxyView view = m_table.beginUpdate(m_margin, m_useFilter);
+        checkView(view);
+        const PairDelta expected = m_model.update(m_margin, m_useFilter);
+        for (const auto& backend : m_backends)
+            check(*backend, view, expected);
+        m_table.endUpdate();
+    }
+
+    void checkView(const ProxyView& view)
+    {
+        const ProxyId* end = view.dirty + view.dirtyCount;
+        if (m_table.liveCount() != m_model.live().size() || view.size < m_model.size())
+            fail("table counts " + std::to_string(m_table.liveCount()) + " proxies");
+        for (ProxyId row = 0; row < m_model.size() && m_fault.empty(); ++row)
+        {
+            BoxModel::Proxy& proxy = m_model.at(row);
+            if (proxy.isChanged && !std::binary_search(view.dirty, end, row))
+                fail("row " + std::to_string(row) + " is not dirty");
+            if (proxy.id != 0 && view.uniqueIds[row] != proxy.id)
+                fail("row " + std::to_string(row) + " has another id");
+            if (proxy.id == 0 && isValid(view.boxes[row]))
+                fail("row " + std::to_string(row) + " has a box and no proxy");
+            proxy.isChanged = false;
+        }
+    }
+
+    void check(Backend& backend, const ProxyView& view, const PairDelta& expected)
+    {
+        if (!m_fault.empty())
+            return;
+        // Remains of an earlier update have no effect.
+        m_delta.added.assign(3, {7, 9});
+        m_delta.removed.assign(2, {7, 9});
+        const Status status = backend.update(view, m_delta);
+        const std::string where =
+            std::string(backend.name()) + ", update " + std::to_string(m_updates) + ": ";
+        if (status != Status::Ok)
+            fail(where + "status " + std::to_string(static_cast<int>(status)));
+        compare(where + "added", m_delta.added, expected.added);
+        compare(where + "removed", m_delta.removed, expected.removed);
+        const std::uint64_t held = backend.stats().pairs;
+        if (held != m_model.held().size())
+            fail(where + "counts " + std::to_string(held) + " pairs of " +
+                 std::to_string(m_model.held().size()));
+    }
+
+    void compare(const std::string& what, const Pairs& found, const Pairs& expected)
+    {
+        if (found == expected)
+            return;
+        Pairs sorted = found, missing, wrong;
+        std::sort(sorted.begin(), sorted.end());
+        std::set_difference(expected.begin(), expected.end(), sorted.begin(), sorted.end(),
+                            std::back_inserter(missing));
+        std::set_difference(sorted.begin(), sorted.end(), expected.begin(), expected.end(),
+                            std::back_inserter(wrong));
+        const bool isInOrder = std::is_sorted(found.begin(), found.end());
+        fail(what + (isInOrder ? "" : " out of order,") + " misses " + text(missing) + ", has besides " +
+             text(wrong));
+    }
+
+    void fail(const std::string& fault)
+    {
+        if (m_fault.empty())
+            m_fault = fault;
+    }
+
+    Choices m_choices;
+    ProxyTable m_table;
+    BoxModel m_model;
+    std::vector<std::unique_ptr<Backend>> m_backends;
+    std::vector<std::uint32_t> m_ids;  ///< given so far, of proxies that live or lived
+    PairDelta m_delta;
+    std::string m_fault;
+    float m_margin = 0;
+    bool m_useFilter = true;
+    std::uint32_t m_idKind = 0;
+    std::uint32_t m_idCount = 0;
+    std::uint32_t m_updates = 0;
+    std::uint32_t m_noise = 1;
+};
+}  // namespace
+
+std::string runFuzzInput(const std::uint8_t* data, std::size_t size)
+{
+    return BackendRun(data, size).run();
+}
+}  // namespace cullet::test
