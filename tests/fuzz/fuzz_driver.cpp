@@ -23,6 +23,8 @@ namespace cullet::test
 {
 namespace
 {
+constexpr std::size_t kMostPrinted = 2048;
+
 struct Options
 {
     std::uint64_t cases = 1000;
@@ -126,6 +128,11 @@ std::string suiteName()
 
 void printTest(const Bytes& bytes)
 {
+    if (bytes.size() > kMostPrinted)
+    {
+        std::printf("too long to print, but --save FILE saves it\n");
+        return;
+    }
     std::printf("\nfor tests/fuzz/test_fuzz_%s.cpp:\n\n", kFuzzTargetName);
     std::printf("TEST(%sFuzz, HoldsForShrunkInput%08" PRIx32 ")\n{\n", suiteName().c_str(), hashOf(bytes));
     std::printf("    // clang-format off\n    const std::uint8_t input[] = {");
