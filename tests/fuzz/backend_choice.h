@@ -40,7 +40,7 @@ inline GridOptions chosenGrid(OptionBits bits, bool hasCells)
 {
     GridOptions options;
     options.flatLimit = bits.of({GridOptions::kMeasured, 0u, 40u, 1u << 20});
-    options.threads = bits.of({1, 2});
+    options.threads = bits.of({1, 1, 1, 2});
     options.bucketCount = bits.of({0u, 1u, 7u, 64u});
     options.cellScale = bits.of({0.0f, 1.0f, 20.0f, 0.5f});
     options.rebuildFraction = bits.of({-1.0f, 0.0f, 0.3f, 1.0f});

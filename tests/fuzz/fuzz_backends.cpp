@@ -27,7 +27,7 @@ namespace
 {
 constexpr std::size_t kMostProxies = 320;
 constexpr std::uint32_t kMostIds = 4000;
-constexpr std::uint32_t kMostUpdates = 500;
+constexpr std::uint32_t kMostUpdates = 300;
 
 enum class Operation
 {

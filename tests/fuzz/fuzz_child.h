@@ -82,7 +82,7 @@ public:
 
 private:
     static constexpr int kWrongExit = 77;
-    static constexpr unsigned kSecondsPerInput = 120;
+    static constexpr unsigned kSecondsPerInput = 300;
 
     struct Shared
     {
