@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <map>
 #include <set>
 #include <vector>
 
@@ -127,11 +128,11 @@ void forEachNormal(const std::vector<Vector3<T>>& a, const std::vector<Vector3<T
 /// What is true of A - B, in units of the lattice.
 struct LatticeTruth
 {
-    bool isSeparated = false;    ///< exact
-    bool isFlat = true;          ///< A - B has no volume
-    long double distance = 0;    ///< 0 where not separated
-    long double depth = 0;       ///< 0 where separated or flat
-    long double size = 0;        ///< largest length of a point of A - B
+    bool isSeparated = false;  ///< exact
+    bool isFlat = true;        ///< A - B has no volume
+    long double distance = 0;  ///< 0 where not separated
+    long double depth = 0;     ///< 0 where separated or flat
+    long double size = 0;      ///< largest length of a point of A - B
 };
 
 /// The distance is the largest gap along any direction; one that has it is perpendicular to a face or an edge of A - B,
@@ -172,7 +173,8 @@ LatticeTruth solveLattice(const std::vector<Vector3<T>>& a, const std::vector<Ve
             for (const Vector3<T>& e : edges)
             {
                 const T ee = dot(e, e), we = dot(w, e);
-                const Vector3<T> across = {w[0] * ee - e[0] * we, w[1] * ee - e[1] * we, w[2] * ee - e[2] * we};
+                const Vector3<T> across = {w[0] * ee - e[0] * we, w[1] * ee - e[1] * we,
+                                           w[2] * ee - e[2] * we};
                 if (!isZero(across))
                     seeGap(across);
             }
@@ -208,85 +210,58 @@ inline int dimensionOf(const LatticePoints& points)
     return dimension;
 }
 
-/// Whether a point is between two others on a line, or equals one of them.
-inline bool isBetween(const Lattice& p, const Lattice& a, const Lattice& b)
-{
-    return isZero(cross(minus(a, p), minus(b, p))) && dot(minus(a, p), minus(b, p)) <= 0;
-}
-
-/// A facet of the hull of points that span space: its corners as indices of the points, the first of equal ones.
-struct Facet
-{
-    Lattice normal;  ///< outward, of any length
-    std::set<std::int32_t> corners;
-};
-
-/// Drops the points of a plane that are inside of their common hull: a corner is in no triangle of three others.
+/// The corners of the hull of points in a plane: each has a line through it and another point with all other points on
+/// one side, or beyond.
 inline std::set<std::int32_t> cornersAmong(const LatticePoints& points, const std::vector<std::int32_t>& flat,
                                            const Lattice& normal)
 {
-    const auto isLeft = [&](std::int32_t p, std::int32_t q, std::int32_t x)
-    { return dot(normal, cross(minus(points[q], points[p]), minus(points[x], points[p]))); };
     std::set<std::int32_t> corners;
     for (const std::int32_t p : flat)
     {
-        // A line through the corner has all other points strictly on one side, or farther along it.
-        bool isCorner = false;
-        for (const std::int32_t q : flat)
+        const auto isExtreme = [&](std::int32_t q)
         {
-            bool isExtreme = q != p;
-            for (const std::int32_t x : flat)
-            {
-                const std::int64_t side = x == p || q == p ? 1 : isLeft(p, q, x);
-                isExtreme = isExtreme && (side > 0 || (side == 0 && dot(minus(points[q], points[p]),
-                                                                        minus(points[x], points[p])) > 0));
-            }
-            isCorner = isCorner || isExtreme;
-        }
-        if (isCorner)
+            const Lattice edge = minus(points[q], points[p]);
+            return q != p && std::all_of(flat.begin(), flat.end(),
+                                         [&](std::int32_t x)
+                                         {
+                                             const Lattice other = minus(points[x], points[p]);
+                                             const std::int64_t side = dot(normal, cross(edge, other));
+                                             return x == p || side > 0 || (side == 0 && dot(edge, other) > 0);
+                                         });
+        };
+        if (std::any_of(flat.begin(), flat.end(), isExtreme))
             corners.insert(p);
     }
     return corners;
 }
 
-/// All facets of the hull of distinct points that span space.
-inline std::vector<Facet> facetsOf(const LatticePoints& points)
+/// The facets of the hull of distinct points that span space: corners as indices of the points, and an outer normal of
+/// any length.
+using Facets = std::map<std::set<std::int32_t>, Lattice>;
+
+inline void addFacet(const LatticePoints& points, const Lattice& normal, Facets& facets)
 {
-    std::vector<Facet> facets;
-    const auto count = static_cast<std::int32_t>(points.size());
-    const auto addOn = [&](std::int32_t i, std::int32_t j, std::int32_t k, const Lattice& normal)
+    const std::int64_t offset = highest(points, normal);
+    std::vector<std::int32_t> flat;
+    for (std::size_t p = 0; p < points.size(); ++p)
     {
-        const std::int64_t offset = highest(points, normal);
-        if (isZero(normal) || dot(normal, points[i]) != offset)
-            return;
-        std::vector<std::int32_t> flat;
-        for (std::int32_t p = 0; p < count; ++p)
-        {
-            if (dot(normal, points[p]) == offset)
-                flat.push_back(p);
-        }
-        // Each facet once: from the first three of its points that are not on a line.
-        for (const std::int32_t p : flat)
-        {
-            const bool isEarlier = p < i || (p < j && p != i) || (p < k && p != i && p != j);
-            if (isEarlier && (p < j ? p < i || !isZero(cross(minus(points[p], points[i]), minus(points[k], points[i])))
-                                    : !isZero(cross(minus(points[j], points[i]), minus(points[p], points[i])))))
-                return;
-        }
-        facets.push_back({normal, cornersAmong(points, flat, normal)});
-    };
-    for (std::int32_t i = 0; i < count; ++i)
-    {
-        for (std::int32_t j = i + 1; j < count; ++j)
-        {
-            for (std::int32_t k = j + 1; k < count; ++k)
-            {
-                const Lattice n = cross(minus(points[j], points[i]), minus(points[k], points[i]));
-                addOn(i, j, k, n);
-                addOn(i, j, k, {-n[0], -n[1], -n[2]});
-            }
-        }
+        if (dot(normal, points[p]) == offset)
+            flat.push_back(static_cast<std::int32_t>(p));
     }
+    const std::set<std::int32_t> corners = cornersAmong(points, flat, normal);
+    if (corners.size() > 2)
+        facets[corners] = normal;
+}
+
+inline Facets facetsOf(const LatticePoints& points)
+{
+    Facets facets;
+    forEachNormal(points, {},
+                  [&](const Lattice& normal)
+                  {
+                      addFacet(points, normal, facets);
+                      addFacet(points, {-normal[0], -normal[1], -normal[2]}, facets);
+                  });
     return facets;
 }
 }  // namespace cullet::test
