@@ -5,15 +5,16 @@
 
 #include "cullet/broad/proxy_table.h"
 #include "cullet/tests/fuzz/backend_choice.h"
+#include "cullet/tests/fuzz/box_choice.h"
 #include "cullet/tests/fuzz/box_model.h"
 #include "cullet/tests/fuzz/choices.h"
 #include "cullet/tests/fuzz/fuzz_target.h"
+#include "cullet/tests/fuzz/pair_difference.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <functional>
-#include <iterator>
 #include <memory>
 #include <string>
 #include <utility>
@@ -52,14 +53,6 @@ enum class Operation
     kCount
 };
 
-std::string text(const Pairs& pairs)
-{
-    std::string words = "{";
-    for (std::size_t i = 0; i < std::min<std::size_t>(pairs.size(), 6); ++i)
-        words += " " + std::to_string(pairs[i].first) + "-" + std::to_string(pairs[i].second);
-    return words + (pairs.size() > 6 ? " ... of " + std::to_string(pairs.size()) : "") + " }";
-}
-
 class BackendRun
 {
 public:
@@ -77,7 +70,7 @@ public:
         for (m_choices.nextOperation(); !m_choices.isEmpty() && m_fault.empty(); m_choices.nextOperation())
         {
             operate(static_cast<Operation>(m_choices.below(static_cast<std::uint32_t>(Operation::kCount))));
-            if (m_choices.chance(96))
+            if (m_choices.chance(128))
                 update();
         }
         update();
@@ -136,51 +129,6 @@ private:
     std::size_t anyIndex() { return m_choices.below(static_cast<std::uint32_t>(m_model.live().size())); }
     ProxyId anyRow() { return m_model.live()[anyIndex()]; }
 
-    /// Of six bytes for the corner and three for the sizes.
-    Aabb anyBox()
-    {
-        Aabb box;
-        for (float& low : box.min)
-            low = m_choices.coordinate();
-        resize(box);
-        return box;
-    }
-
-    void resize(Aabb& box)
-    {
-        for (int axis = 0; axis < 3; ++axis)
-        {
-            const std::uint8_t bits = m_choices.byte();
-            const float side = bits < 160 ? static_cast<float>(bits) / 32
-                                          : std::ldexp(1.0f, static_cast<int>(bits % 32) - 20);
-            box.max[axis] = bits == 255 ? box.min[axis] - 1 : box.min[axis] + side;
-        }
-    }
-
-    Aabb strangeBox()
-    {
-        Aabb box;
-        const bool isSorted = !m_choices.chance(64);
-        for (int axis = 0; axis < 3; ++axis)
-        {
-            box.min[axis] = m_choices.coordinate(true);
-            box.max[axis] = m_choices.coordinate(true);
-            // Else seven of eight boxes would be empty.
-            if (isSorted && box.min[axis] > box.max[axis])
-                std::swap(box.min[axis], box.max[axis]);
-        }
-        return box;
-    }
-
-    Filter anyFilter()
-    {
-        const std::uint8_t bits = m_choices.byte();
-        if (bits < 128)
-            return {1, -1};
-        const std::int32_t without = ~(1 << (bits >> 3 & 3));
-        return {1 << (bits & 3), (bits & 4) != 0 ? without : bits >> 3 & 15};
-    }
-
     float noise(float reach)
     {
         m_noise = m_noise * 1664525u + 1013904223u;
@@ -210,8 +158,8 @@ private:
 
     void createOne()
     {
-        const Aabb box = anyBox();
-        create(box, anyFilter());
+        const Aabb box = chosenBox(m_choices);
+        create(box, chosenFilter(m_choices));
     }
 
     void destroy(std::size_t index)
@@ -244,16 +192,16 @@ private:
         const ProxyId row = anyRow();
         Aabb box = m_model.at(row).box;
         if (keepsPlace)
-            resize(box);
+            resize(m_choices, box);
         else
-            box = anyBox();
+            box = chosenBox(m_choices);
         setBox(row, box);
     }
 
     void makeStrange()
     {
         const ProxyId row = anyRow();
-        setBox(row, strangeBox());
+        setBox(row, chosenStrangeBox(m_choices));
     }
 
     void copy()
@@ -264,14 +212,15 @@ private:
 
     void refilter(ProxyId row)
     {
-        const Filter filter = anyFilter();
+        const Filter filter = chosenFilter(m_choices);
         m_table.setFilter(row, filter);
         m_model.setFilter(row, filter);
     }
 
     void setMargin()
     {
-        m_margin = std::fabs(m_choices.coordinate(true));
+        const float small = m_choices.of({0.0f, 0.0625f, 0.25f, 2.0f});
+        m_margin = m_choices.chance(96) ? std::fabs(m_choices.coordinate(true)) : small;
         if (std::isnan(m_margin))
             m_margin = 0.05f;
     }
@@ -331,7 +280,7 @@ private:
         const std::uint32_t count = 1 + m_choices.below(100);
         const std::uint32_t side = m_choices.of({100u, 10u, 5u, 1u});
         const float spacing = static_cast<float>(m_choices.byte()) / 32;
-        const Aabb first = anyBox();
+        const Aabb first = chosenBox(m_choices);
         m_noise = m_choices.byte();
         const float reach = m_choices.of({0.0f, 0.25f, 4.0f, 0.001f});
         for (std::uint32_t i = 0; i < count; ++i)
@@ -490,27 +439,12 @@ private:
             std::string(backend.name()) + ", update " + std::to_string(m_updates) + ": ";
         if (status != Status::Ok)
             fail(where + "status " + std::to_string(static_cast<int>(status)));
-        compare(where + "added", m_delta.added, expected.added);
-        compare(where + "removed", m_delta.removed, expected.removed);
+        fail(differenceOf(where + "added", m_delta.added, expected.added));
+        fail(differenceOf(where + "removed", m_delta.removed, expected.removed));
         const std::uint64_t held = backend.stats().pairs;
         if (held != m_model.held().size())
             fail(where + "counts " + std::to_string(held) + " pairs of " +
                  std::to_string(m_model.held().size()));
-    }
-
-    void compare(const std::string& what, const Pairs& found, const Pairs& expected)
-    {
-        if (found == expected)
-            return;
-        Pairs sorted = found, missing, wrong;
-        std::sort(sorted.begin(), sorted.end());
-        std::set_difference(expected.begin(), expected.end(), sorted.begin(), sorted.end(),
-                            std::back_inserter(missing));
-        std::set_difference(sorted.begin(), sorted.end(), expected.begin(), expected.end(),
-                            std::back_inserter(wrong));
-        const bool isInOrder = std::is_sorted(found.begin(), found.end());
-        fail(what + (isInOrder ? "" : " out of order,") + " misses " + text(missing) + ", has besides " +
-             text(wrong));
     }
 
     void fail(const std::string& fault)

@@ -27,7 +27,7 @@ public:
     {
         std::seed_seq words{seed, static_cast<std::uint32_t>(index), static_cast<std::uint32_t>(index >> 32)};
         m_engine.seed(words);
-        if (m_corpus.empty() || oneIn(2))
+        if (m_corpus.empty() || !oneIn(4))
             return random();
         Bytes bytes = m_corpus[below(m_corpus.size())];
         for (std::size_t changes = 1 + below(8); changes > 0; --changes)
