@@ -56,4 +56,33 @@ inline Filter chosenFilter(Choices& choices)
     const std::int32_t without = ~(1 << (bits >> 3 & 3));
     return {1 << (bits & 3), (bits & 4) != 0 ? without : bits >> 3 & 15};
 }
+
+inline void moveAlong(Aabb& box, int axis, float way)
+{
+    box.min[axis] += way;
+    box.max[axis] += way;
+}
+
+/// Numbers that look random, for operations on many boxes.
+class Noise
+{
+public:
+    explicit Noise(std::uint32_t seed) : m_state(seed) {}
+
+    /// In [-reach, reach).
+    float upTo(float reach)
+    {
+        m_state = m_state * 1664525u + 1013904223u;
+        return (static_cast<float>(m_state >> 8) / 8388608.0f - 1.0f) * reach;
+    }
+
+    void move(Aabb& box, float reach)
+    {
+        for (int axis = 0; axis < 3; ++axis)
+            moveAlong(box, axis, upTo(reach));
+    }
+
+private:
+    std::uint32_t m_state;
+};
 }  // namespace cullet::test

@@ -28,6 +28,7 @@ public:
     };
 
     Proxy& at(std::uint32_t row) { return m_rows[row]; }
+    const Proxy& at(std::uint32_t row) const { return m_rows[row]; }
     std::uint32_t size() const { return static_cast<std::uint32_t>(m_rows.size()); }
     const std::vector<std::uint32_t>& live() const { return m_live; }
     const Pairs& held() const { return m_held; }

@@ -3,18 +3,16 @@
 
 // A table of boxes drives up to three backends at once; each update of each is compared with brute force.
 
-#include "cullet/broad/proxy_table.h"
 #include "cullet/tests/fuzz/backend_choice.h"
 #include "cullet/tests/fuzz/box_choice.h"
-#include "cullet/tests/fuzz/box_model.h"
 #include "cullet/tests/fuzz/choices.h"
 #include "cullet/tests/fuzz/fuzz_target.h"
 #include "cullet/tests/fuzz/pair_difference.h"
+#include "cullet/tests/fuzz/table_twin.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <string>
 #include <utility>
@@ -89,7 +87,7 @@ private:
             case Operation::Create:
                 return createOne();
             case Operation::Destroy:
-                return destroy(anyIndex());
+                return m_twin.destroy(anyIndex());
             case Operation::Shift:
                 return shift(anyRow());
             case Operation::Teleport:
@@ -118,7 +116,7 @@ private:
             case Operation::Clear:
                 return clear();
             case Operation::CollectForQueries:
-                return collectForQueries();
+                return fail(m_twin.collectForQueries());
             default:
                 return update();
         }
@@ -128,12 +126,6 @@ private:
 
     std::size_t anyIndex() { return m_choices.below(static_cast<std::uint32_t>(m_model.live().size())); }
     ProxyId anyRow() { return m_model.live()[anyIndex()]; }
-
-    float noise(float reach)
-    {
-        m_noise = m_noise * 1664525u + 1013904223u;
-        return (static_cast<float>(m_noise >> 8) / 8388608.0f - 1.0f) * reach;
-    }
 
     /// Ids that ascend from 1, that ascend to the end of the range, that descend, or in no order.
     std::uint32_t nextId()
@@ -151,8 +143,7 @@ private:
         if (m_model.live().size() >= kMostProxies || m_idCount >= kMostIds)
             return;
         const std::uint32_t id = nextId();
-        const ProxyId row = m_table.create(box, id, filter);
-        m_model.create(row, id, box, filter);
+        m_twin.create(box, id, filter);
         m_ids.push_back(id);
     }
 
@@ -160,18 +151,6 @@ private:
     {
         const Aabb box = chosenBox(m_choices);
         create(box, chosenFilter(m_choices));
-    }
-
-    void destroy(std::size_t index)
-    {
-        m_table.destroy(m_model.live()[index]);
-        m_model.destroy(index);
-    }
-
-    void setBox(ProxyId row, const Aabb& box)
-    {
-        m_table.setBox(row, box);
-        m_model.setBox(row, box);
     }
 
     void shift(ProxyId row)
@@ -184,7 +163,7 @@ private:
             box.min[axis] += way;
             box.max[axis] += way;
         }
-        setBox(row, box);
+        m_twin.setBox(row, box);
     }
 
     void replace(bool keepsPlace)
@@ -195,27 +174,22 @@ private:
             resize(m_choices, box);
         else
             box = chosenBox(m_choices);
-        setBox(row, box);
+        m_twin.setBox(row, box);
     }
 
     void makeStrange()
     {
         const ProxyId row = anyRow();
-        setBox(row, chosenStrangeBox(m_choices));
+        m_twin.setBox(row, chosenStrangeBox(m_choices));
     }
 
     void copy()
     {
         const ProxyId from = anyRow();
-        setBox(anyRow(), m_model.at(from).box);
+        m_twin.setBox(anyRow(), m_model.at(from).box);
     }
 
-    void refilter(ProxyId row)
-    {
-        const Filter filter = chosenFilter(m_choices);
-        m_table.setFilter(row, filter);
-        m_model.setFilter(row, filter);
-    }
+    void refilter(ProxyId row) { m_twin.setFilter(row, chosenFilter(m_choices)); }
 
     void setMargin()
     {
@@ -238,7 +212,7 @@ private:
             addStale(known);
         else if (kind == 4)
             m_useFilter = !m_useFilter;
-        m_model.hold(known);
+        m_twin.hold(known);
         for (const auto& backend : m_backends)
             backend->restart(known);
     }
@@ -281,18 +255,15 @@ private:
         const std::uint32_t side = m_choices.of({100u, 10u, 5u, 1u});
         const float spacing = static_cast<float>(m_choices.byte()) / 32;
         const Aabb first = chosenBox(m_choices);
-        m_noise = m_choices.byte();
+        m_noise = Noise(m_choices.byte());
         const float reach = m_choices.of({0.0f, 0.25f, 4.0f, 0.001f});
         for (std::uint32_t i = 0; i < count; ++i)
         {
             const std::uint32_t place[] = {i % side, i / side % side, i / side / side};
             Aabb box = first;
             for (int axis = 0; axis < 3; ++axis)
-            {
-                const float way = spacing * static_cast<float>(place[axis]) + noise(reach);
-                box.min[axis] += way;
-                box.max[axis] += way;
-            }
+                moveAlong(box, axis, spacing * static_cast<float>(place[axis]));
+            m_noise.move(box, reach);
             create(box, {1, -1});
         }
     }
@@ -301,14 +272,14 @@ private:
     {
         const std::size_t stride = 1 + m_choices.below(8);
         for (std::size_t index = m_choices.below(8); index < m_model.live().size(); index += stride - 1)
-            destroy(index);
+            m_twin.destroy(index);
     }
 
     /// Through setBoxes(): some boxes are as they were.
     void setMany()
     {
         const std::size_t stride = 1 + m_choices.below(8);
-        m_noise = m_choices.byte();
+        m_noise = Noise(m_choices.byte());
         const float reach = m_choices.of({0.0f, 0.01f, 1.0f, 20.0f});
         std::vector<Aabb> boxes(m_model.size());
         std::vector<ProxyId> rows;
@@ -317,25 +288,13 @@ private:
             const ProxyId row = m_model.live()[i];
             Aabb& box = boxes[row];
             box = m_model.at(row).box;
-            if (noise(1) > 0)
+            if (m_noise.upTo(1) > 0)
             {
-                moveByNoise(box, reach);
-                if (box != m_model.at(row).box)
-                    m_model.setBox(row, box);
+                m_noise.move(box, reach);
             }
             rows.push_back(row);
         }
-        m_table.setBoxes(boxes.data(), rows.data(), rows.size());
-    }
-
-    void moveByNoise(Aabb& box, float reach)
-    {
-        for (int axis = 0; axis < 3; ++axis)
-        {
-            const float way = noise(reach);
-            box.min[axis] += way;
-            box.max[axis] += way;
-        }
+        m_twin.setBoxes(boxes, rows);
     }
 
     /// Updates in which some proxies move and the others rest.
@@ -346,17 +305,16 @@ private:
         const std::size_t stride = 1 + m_choices.below(64);
         const float reach = std::ldexp(1.0f, 2 - static_cast<int>(m_choices.below(16)));
         const float drift = m_choices.chance(64) ? reach : 0.0f;
-        m_noise = m_choices.byte();
+        m_noise = Noise(m_choices.byte());
         for (std::uint32_t step = 0; step < steps && m_fault.empty(); ++step)
         {
             for (std::size_t i = first; i < m_model.live().size(); i += stride)
             {
                 const ProxyId row = m_model.live()[i];
                 Aabb box = m_model.at(row).box;
-                moveByNoise(box, reach);
-                box.min[0] += drift;
-                box.max[0] += drift;
-                setBox(row, box);
+                m_noise.move(box, reach);
+                moveAlong(box, 0, drift);
+                m_twin.setBox(row, box);
             }
             update();
         }
@@ -365,11 +323,10 @@ private:
     void clear()
     {
         while (!m_model.live().empty())
-            destroy(m_model.live().size() - 1);
+            m_twin.destroy(m_model.live().size() - 1);
         if (m_choices.chance(128))
             update();
-        m_table.clear();
-        m_model.clear();
+        m_twin.clear();
         for (const auto& backend : m_backends)
             backend->restart(m_model.held());
         if (!m_model.held().empty())
@@ -381,50 +338,16 @@ private:
 
     // What is checked.
 
-    void collectForQueries()
-    {
-        Array<ProxyId> rows;
-        m_table.collectQueryChanges(rows);
-        for (ProxyId row = 0; row < m_model.size(); ++row)
-        {
-            BoxModel::Proxy& proxy = m_model.at(row);
-            if (proxy.isUncollected && !std::binary_search(rows.begin(), rows.end(), row))
-                fail("row " + std::to_string(row) + " not collected for queries");
-            proxy.isUncollected = false;
-        }
-        if (m_table.hasQueryChanges() ||
-            std::adjacent_find(rows.begin(), rows.end(), std::greater_equal<ProxyId>()) != rows.end())
-            fail("rows for queries not in order, or more of them");
-    }
-
     void update()
     {
         if (!m_fault.empty() || m_updates++ >= kMostUpdates)
             return;
-        const ProxyView view = m_table.beginUpdate(m_margin, m_useFilter);
-        checkView(view);
-        const PairDelta expected = m_model.update(m_margin, m_useFilter);
+        const ProxyView view = m_twin.table().beginUpdate(m_margin, m_useFilter);
+        fail(m_twin.faultOf(view));
+        const PairDelta expected = m_twin.updateModel(m_margin, m_useFilter);
         for (const auto& backend : m_backends)
             check(*backend, view, expected);
-        m_table.endUpdate();
-    }
-
-    void checkView(const ProxyView& view)
-    {
-        const ProxyId* end = view.dirty + view.dirtyCount;
-        if (m_table.liveCount() != m_model.live().size() || view.size < m_model.size())
-            fail("table counts " + std::to_string(m_table.liveCount()) + " proxies");
-        for (ProxyId row = 0; row < m_model.size() && m_fault.empty(); ++row)
-        {
-            BoxModel::Proxy& proxy = m_model.at(row);
-            if (proxy.isChanged && !std::binary_search(view.dirty, end, row))
-                fail("row " + std::to_string(row) + " is not dirty");
-            if (proxy.id != 0 && view.uniqueIds[row] != proxy.id)
-                fail("row " + std::to_string(row) + " has another id");
-            if (proxy.id == 0 && isValid(view.boxes[row]))
-                fail("row " + std::to_string(row) + " has a box and no proxy");
-            proxy.isChanged = false;
-        }
+        m_twin.table().endUpdate();
     }
 
     void check(Backend& backend, const ProxyView& view, const PairDelta& expected)
@@ -454,8 +377,8 @@ private:
     }
 
     Choices m_choices;
-    ProxyTable m_table;
-    BoxModel m_model;
+    TableTwin m_twin;
+    const BoxModel& m_model = m_twin.model();
     std::vector<std::unique_ptr<Backend>> m_backends;
     std::vector<std::uint32_t> m_ids;  ///< given so far, of proxies that live or lived
     PairDelta m_delta;
@@ -465,7 +388,7 @@ private:
     std::uint32_t m_idKind = 0;
     std::uint32_t m_idCount = 0;
     std::uint32_t m_updates = 0;
-    std::uint32_t m_noise = 1;
+    Noise m_noise{1};
 };
 }  // namespace
 
