@@ -76,7 +76,7 @@ public:
         return {scaled, length, scaled.dot(m_vertices[m_corners[best][0]]) / length, m_corners[best], best};
     }
 
-    /// Whether all faces up to a distance from the origin lie in the plane of the closest face.
+    /// Whether all faces up to a distance lie in the plane of the closest face; one that faces the other way does not.
     bool isOnlyClosestPlane(const Face& face, double distance) const
     {
         constexpr double kParallel2 = 1e-20;
@@ -86,7 +86,8 @@ public:
                 continue;
             const Eigen::Vector3d normal(m_x[i], m_y[i], m_z[i]);
             // A NaN makes the comparison false.
-            if (!(face.scaledNormal.cross(normal).squaredNorm() <=
+            if (!(face.scaledNormal.dot(normal) > 0.0) ||
+                !(face.scaledNormal.cross(normal).squaredNorm() <=
                   kParallel2 * face.length * face.length * normal.squaredNorm()))
                 return false;
         }

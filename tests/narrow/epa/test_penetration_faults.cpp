@@ -100,6 +100,24 @@ void checkSizes(std::initializer_list<double> sizes)
         EXPECT_TRUE(depths >= 6 || size > 1e50 || size < 1e-50) << size;
     }
 }
+
+TEST(Penetration, LeavesAxisUnsettledWhenOppositeAxisIsAsDeep)
+{
+    // A rectangle in the middle of a box: 2.5 to either side along y.
+    const Hull<float> sheet = hullOf<float>({{0, -2.75, 0}, {0, -1.75, 0}, {0, -1.75, 3}, {0, -2.75, 3}});
+    Points corners = boxPoints(4, 2, 6);
+    for (Eigen::Vector3d& corner : corners)
+        corner += Eigen::Vector3d(0, -2.25, 6);
+    const Hull<float> box = hullOf<float>(corners);
+    const Eigen::Matrix3f turn = Eigen::Matrix3f::Identity();
+    const Eigen::Vector3f origin = Eigen::Vector3f::Zero();
+    GjkCache<float> cache;
+    const auto result =
+        penetration(PosedHull<float>(sheet, turn, origin), PosedHull<float>(box, turn, origin), cache);
+    ASSERT_EQ(result.state, GjkState::Overlapping);
+    EXPECT_EQ(result.depth, 2.5f);
+    EXPECT_FALSE(result.isSettled);
+}
 }  // namespace
 
 TEST(PenetrationFaults, LeaveDefinedResultWhenOneSupportPointIsBad)
