@@ -25,7 +25,7 @@ std::uint64_t idOf(const CellNumber& cell)
 }
 }  // namespace
 
-/// Returns the level whose cells are no smaller than any bounded box; lists bounded and unbounded boxes.
+/// Returns the level at which a bounded box touches at most two cells on an axis; lists bounded and unbounded boxes.
 int LeGrandBackend::chooseLevel(const ProxyView& proxies)
 {
     m_rows.clear();
@@ -39,6 +39,15 @@ int LeGrandBackend::chooseLevel(const ProxyView& proxies)
         (level == CellGrid::kUnbounded ? m_unbounded : m_rows).push_back(row);
         coarsest = std::max(coarsest, level == CellGrid::kUnbounded ? coarsest : level);
     }
+    // A box as large as a cell may touch a third one: its size is rounded.
+    const auto isTooLarge = [&](std::uint32_t row)
+    {
+        const CellRange cells = cellsOf(proxies.boxes[row], coarsest);
+        return cells.high[0] - cells.low[0] > 1 || cells.high[1] - cells.low[1] > 1 ||
+               cells.high[2] - cells.low[2] > 1;
+    };
+    while (std::any_of(m_rows.begin(), m_rows.end(), isTooLarge))
+        ++coarsest;
     return coarsest;
 }
 

@@ -273,6 +273,18 @@ TEST(CellGridBackend, FitsOneGridToMeanBoxAndTreatsGiantsAsUnbounded)
     EXPECT_LT(tests, 8000u);
 }
 
+TEST(LeGrandBackend, StoresEightCellsOfBoxAsLargeAsCellThatTouchesThree)
+{
+    // From just below 0 to 2048: its size is rounded to that of a cell.
+    const float below = -std::numeric_limits<float>::denorm_min();
+    BackendSession session{makeLeGrandBackend()};
+    session.add({{-7.75f, below, below}, {504.0f, 5.0f, 2048.0f}});
+    session.add({{0, 0, 2000}, {1, 1, 2001}});
+    ASSERT_TRUE(session.step());
+    EXPECT_LE(session.backend().stats().entries, 2u * 8);
+    EXPECT_EQ(session.backend().stats().pairs, 1u);
+}
+
 TEST(LeGrandBackend, ConcentratesTestsInOneCellWhenSizesOrPositionsAreUneven)
 {
     SCOPED_TRACE("seed 6");
