@@ -212,7 +212,8 @@ enum class PsapVariant
     Rows,     ///< the fast one: sorting into columns, one entry per box, several levels
     Literal,  ///< as in the thesis: count, scan, fill, radix sort of (cell, start) keys, sweep
     Shifted  ///< Literal with the thesis's shift by cell x scene length in float, which finds false pairs; they are
-             ///< counted (BackendStats::falsePairs) and dropped. Neither bitStrings nor splitWork.
+    ///< counted (BackendStats::falsePairs) and dropped. Neither bitStrings nor splitWork; Literal along the
+    ///< principal axis.
 };
 
 /// How the sweep axis is chosen. The pairs are the same.

@@ -77,9 +77,6 @@ inline PsapOptions chosenPsap(OptionBits bits, bool isLiteral)
         options.cells = bits.of({PsapCells::Automatic, PsapCells::Thesis, PsapCells::FixedCount});
         options.cellCount = bits.of({1u, 20u, 5000u, 3u});
         const bool isShifted = options.variant == PsapVariant::Shifted;
-        // They lose pairs together: SweepShifted compares the boxes with keys of their projections.
-        if (isShifted && options.axis == PsapAxis::Principal)
-            options.axis = PsapAxis::Variance;
         options.bitStrings = bits.flag() && !isShifted;
         options.splitWork = bits.flag() && !isShifted;
         return options;

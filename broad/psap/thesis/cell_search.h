@@ -48,7 +48,9 @@ class CellSearch
 {
 public:
     CellSearch(const PsapOptions& options, PsapAxis axis)
-        : m_options(options), m_axis(axis), m_isShifted(options.variant == PsapVariant::Shifted)
+        : m_options(options),
+          m_axis(axis),
+          m_isShifted(options.variant == PsapVariant::Shifted && axis != PsapAxis::Principal)
     {
     }
 

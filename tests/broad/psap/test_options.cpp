@@ -413,5 +413,18 @@ TEST(PsapSearch, FindsMoreFalsePairsWithMoreCellsWhenShiftingInFloat)
     EXPECT_GT(many.falsePairs, 100 * some.falsePairs);
     EXPECT_EQ(searchOnce(boxes, literal(PsapCells::FixedCount, 65536)).falsePairs, 0u);
 }
+
+TEST(PsapSearch, FindsAllPairsAlongPrincipalAxisWhenShiftingIsAsked)
+{
+    SCOPED_TRACE("seed 7");
+    Random random(7);
+    const std::vector<Aabb> boxes = slantedSlab(2000, random);
+    PsapOptions options = literal(PsapCells::FixedCount, 20);
+    const Work plain = searchOnce(boxes, options);
+    EXPECT_GT(plain.pairs, 20u);
+    options.variant = PsapVariant::Shifted;
+    options.axis = PsapAxis::Principal;
+    EXPECT_EQ(searchOnce(boxes, options).pairs, plain.pairs);
+}
 }  // namespace
 }  // namespace cullet::test
