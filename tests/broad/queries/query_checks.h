@@ -4,6 +4,7 @@
 
 #include "cullet/broad/proxy_table.h"
 #include "cullet/broad/queries/query_index.h"
+#include "cullet/tests/support/boxes.h"
 
 #include <gtest/gtest.h>
 
@@ -18,7 +19,6 @@
 namespace cullet::test
 {
 inline constexpr float kInf = std::numeric_limits<float>::infinity();
-inline constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 inline constexpr Filter kFilter = {1, -1};
 
 inline const QueryOptions kAllOptions[] = {{QueryMode::Automatic, false}, {QueryMode::Scan, false},
