@@ -497,7 +497,6 @@ TEST(ExactPenetration, IgnoresFacesThatFlatBasisRemoves)
     EXPECT_FALSE(exactPenetration(point, point, normal, depth));
 }
 
-/// The exact search is the reference below; here it is tested itself: no direction has a smaller extent.
 TEST(ExactPenetration, SeparatesSegmentThroughBoxEdgeAcrossBoth)
 {
     const Hull<double> box = hullOf<double>(boxPoints(1.0, 1.0, 1.0));
@@ -583,6 +582,7 @@ TEST(Penetration, FindsDepthOfCrossingSegmentsWhenDifferenceIsSliver)
     checkCrossingSegments<double>();
 }
 
+/// The exact search is the reference below; here it is tested itself: no direction has a smaller extent.
 TEST(ExactPenetration, HasSmallestExtentOfAllSampledDirections)
 {
     const std::vector<NamedPoints> shapes = queryShapes();

@@ -145,7 +145,8 @@ TEST(PenetrationFaults, LeaveDefinedResultWhenOneSupportPointIsBad)
             {
                 EXPECT_EQ(result.state, GjkState::Overlapping);
             }
-            // The support for which the first polytope was full is computed again.
+            // The support for which the first polytope was full is computed again. A bad point that is a number is a
+            // point of some other shape, whose depth is not known here.
             if (!isMet || (std::isnan(bad) && result.state != GjkState::NotConverged))
             {
                 EXPECT_NEAR(result.depth, depth, 1e-5f);

@@ -27,6 +27,21 @@ double segmentDistance(const Eigen::Vector3d& from, const Eigen::Vector3d& to)
     return closestOnSimplex({from, to}, 2).point.norm();
 }
 
+/// Distance of the point of a triangle's plane that is closest to the origin, if it is in the triangle, else infinity.
+/// It is a point of the triangle even where it is not quite the closest.
+double faceDistance(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c)
+{
+    using Vector = Eigen::Matrix<long double, 3, 1>;
+    const Vector p = a.cast<long double>(), u = b.cast<long double>() - p, v = c.cast<long double>() - p;
+    const Vector along = u.normalized();
+    const Vector height = v - v.dot(along) * along;
+    const long double ofV = -p.dot(height) / height.squaredNorm();
+    const long double ofU = -(p + ofV * v).dot(along) / u.norm();
+    if (!(ofU >= 0 && ofV >= 0 && ofU + ofV <= 1))
+        return std::numeric_limits<double>::infinity();
+    return static_cast<double>((p + ofU * u + ofV * v).norm());
+}
+
 SimplexPoints randomSimplex(std::mt19937& engine, double shift)
 {
     SimplexPoints points;
@@ -168,9 +183,10 @@ TEST(Simplex, GivesSameAnswerAtEverySize)
 }
 
 /// Equal points, collinear points, four coplanar points, slivers.
-TEST(Simplex, GivesFiniteAnswersNoFartherThanEdgesWhenDegenerate)
+TEST(Simplex, GivesFiniteAnswersNoFartherThanAnyFeatureWhenDegenerate)
 {
     int insideCount = 0;
+    int faceCount = 0;
     for (unsigned seed = 0; seed < 20000; ++seed)
     {
         SCOPED_TRACE(seed);
@@ -216,11 +232,21 @@ TEST(Simplex, GivesFiniteAnswersNoFartherThanEdgesWhenDegenerate)
                 continue;
             }
             ASSERT_TRUE(c.point.allFinite());
-            // The answer is at least as close as every edge, and no closer than the point of its weights.
+            // The answer is at least as close as every vertex, edge and face, and no closer than the point of its
+            // weights.
             for (int i = 0; i < count; ++i)
             {
+                EXPECT_LE(c.point.norm(), p[i].norm() * (1.0 + 1e-12));
                 for (int j = 0; j < i; ++j)
+                {
                     EXPECT_LE(c.point.norm(), segmentDistance(p[i], p[j]) * (1.0 + 1e-12));
+                    for (int k = 0; k < j; ++k)
+                    {
+                        const double distance = faceDistance(p[i], p[j], p[k]);
+                        EXPECT_LE(c.point.norm(), distance * (1.0 + 1e-12));
+                        faceCount += std::isfinite(distance);
+                    }
+                }
             }
             Eigen::Vector3d sum = Eigen::Vector3d::Zero();
             for (int i = 0; i < count; ++i)
@@ -229,6 +255,40 @@ TEST(Simplex, GivesFiniteAnswersNoFartherThanEdgesWhenDegenerate)
         }
     }
     EXPECT_GT(insideCount, 3);
+    EXPECT_GT(faceCount, 1000);
+}
+
+/// Random needles are hardly ever under the origin, and the closest point of an edge would pass for that of the face.
+TEST(Simplex, FindsClosestPointInsideThinTriangle)
+{
+    int edgeCount = 0;
+    for (unsigned seed = 0; seed < 3000; ++seed)
+    {
+        SCOPED_TRACE(seed);
+        std::mt19937 engine(seed);
+        const double thin = std::pow(10.0, -static_cast<double>(seed % 7));
+        SimplexPoints p = randomSimplex(engine, 0.0);
+        p[2] = p[0] + 0.4 * (p[1] - p[0]) + thin * randomDirection(engine);
+        // Moved to have the origin under its middle, nearer than its width.
+        const Eigen::Vector3d cross = (p[1] - p[0]).cross(p[2] - p[0]);
+        const Eigen::Vector3d middle = (p[0] + p[1] + p[2]) / 3.0, normal = cross.normalized();
+        for (Eigen::Vector3d& point : p)
+            point += 0.1 * cross.norm() * normal - middle;
+        p[3] = 2.0 * normal;
+        // The normal is off by a rounding of the corners, divided by the height over the longest edge.
+        const double tolerance = 1e-15 * (1.0 + 1.0 / cross.norm());
+        const double distance = faceDistance(p[0], p[1], p[2]);
+        ASSERT_NEAR(distance, 0.1 * cross.norm(), tolerance);
+        for (const int count : {3, 4})
+        {
+            const ClosestOnSimplex c = closestOnSimplex(p, count);
+            EXPECT_FALSE(c.isInside);
+            EXPECT_EQ(c.subset, 7u) << thin;
+            EXPECT_NEAR(c.point.norm(), distance, tolerance) << thin;
+        }
+        edgeCount += segmentDistance(p[0], p[1]) > distance + 2.0 * tolerance;
+    }
+    EXPECT_GT(edgeCount, 2500) << "an edge is as near";
 }
 
 TEST(Simplex, HasNothingInsideTetrahedronAsThinAsRounding)

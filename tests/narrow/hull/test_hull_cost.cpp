@@ -113,7 +113,7 @@ void expectCornersOnly(const Points& points)
         EXPECT_EQ(corners.faces()[face].normal, whole.corners().faces()[face].normal);
 }
 
-TEST(HullCost, BuildsSameCornerHullAsWholeHullHas)
+TEST(CornerHull, EqualsCornersOfWholeHull)
 {
     Points line;
     for (int i = 0; i < 7; ++i)
@@ -159,7 +159,7 @@ void expectScans(const Points& points)
     }
 }
 
-TEST(HullCost, GivesCloudSameSupportsAsHull)
+TEST(CloudHull, GivesSameSupportsAsCornerHull)
 {
     for (const Points& points : {withDuplicatesAndInterior(gridBoxPoints(6), 5), icoPoints(2),
                                  withDuplicatesAndInterior(ellipsoidPoints(300, {1.0, 0.7, 0.5}, 8), 6)})
