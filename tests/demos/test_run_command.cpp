@@ -216,7 +216,7 @@ TEST(RunCommand, TracesEveryPhaseOfEveryStep)
     EXPECT_EQ(runProgram("run --bodies 5 --steps 1 --trace /nowhere/t.json").code, 4);
 }
 
-TEST(RunCommand, ReportsUnwritableTraceAfterWritingResults)
+TEST(Program, ReportsUnwritableTraceAfterWritingResults)
 {
     const std::string recording = temporaryPath("full.cbx"), results = temporaryPath("full.json");
     const std::string film = temporaryPath("full.gltf");

@@ -185,7 +185,7 @@ TEST(ThreadPool, SendsNoThreadAfterRequestingCallHasEnded)
     }
 }
 
-TEST(ThreadPool, PassesTaskExceptionToCallerAndRunsNextLoop)
+TEST(ParallelLoops, PassesTaskExceptionToCallerAndRunsNextLoop)
 {
     ParallelLoops workers(3);
     const auto fail = [](unsigned task)
