@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #include "cullet/demos/scenes/hulls/mesh_file.h"
 
+#include "cullet/base/sanitizer.h"
+
 #include <algorithm>
 #include <array>
 #include <assimp/Importer.hpp>
@@ -96,7 +98,7 @@ void sendVertices(int file, const aiScene& scene)
 }
 
 // Sanitizers reserve terabytes of addresses.
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#ifdef CULLET_IS_SANITIZED
 void limitAddressSpace(std::uint64_t) {}
 #else
 /// Limits the growth of this process's address space in bytes.
