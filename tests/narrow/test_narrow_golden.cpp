@@ -10,6 +10,7 @@
 #include "cullet/narrow/epa/epa.h"
 #include "cullet/narrow/gjk/gjk.h"
 #include "cullet/narrow/gjk/isa_gjk.h"
+#include "cullet/tests/support/fnv1a.h"
 #include "cullet/tests/support/random.h"
 
 #include <gtest/gtest.h>
@@ -25,7 +26,7 @@ namespace cullet::test
 {
 namespace
 {
-/// FNV-1a over the bytes of numbers, low byte first.
+/// A hash of the bits of numbers.
 class NumberHash
 {
 public:
@@ -35,8 +36,7 @@ public:
         std::conditional_t<sizeof(T) == 8, std::uint64_t, std::uint32_t> bits;
         static_assert(sizeof(bits) == sizeof(number));
         std::memcpy(&bits, &number, sizeof(bits));
-        for (std::size_t i = 0; i < sizeof(bits); ++i)
-            m_hash = (m_hash ^ (bits >> 8 * i & 0xff)) * 1099511628211ull;
+        m_hash.add(bits, sizeof(bits));
     }
     template <class Vector>
     void addVector(const Vector& v)
@@ -45,10 +45,10 @@ public:
             add(v[i]);
     }
 
-    std::uint64_t value() const { return m_hash; }
+    std::uint64_t value() const { return m_hash.value(); }
 
 private:
-    std::uint64_t m_hash = 14695981039346656037ull;
+    Fnv1a m_hash;
 };
 
 double draw(Random& random, float low, float high)

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "cullet/broad/pair.h"
+#include "cullet/tests/support/fnv1a.h"
 
 #include <cstdint>
 #include <vector>
@@ -22,7 +23,7 @@ public:
         addList(delta.removed);
     }
 
-    std::uint64_t value() const { return m_hash; }
+    std::uint64_t value() const { return m_hash.value(); }
 
 private:
     void addList(const Pairs& pairs)
@@ -35,15 +36,8 @@ private:
         }
     }
 
-    void addWord(std::uint32_t word)
-    {
-        for (int shift = 0; shift < 32; shift += 8)
-        {
-            m_hash ^= word >> shift & 0xffu;
-            m_hash *= 1099511628211ull;
-        }
-    }
+    void addWord(std::uint32_t word) { m_hash.add(word, sizeof(word)); }
 
-    std::uint64_t m_hash = 14695981039346656037ull;
+    Fnv1a m_hash;
 };
 }  // namespace cullet::test
