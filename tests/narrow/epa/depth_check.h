@@ -22,6 +22,15 @@
 /// Depths, queried like by the algorithm of a pair, against the exact search over all faces and edge pairs.
 namespace cullet::test
 {
+/// Normally distributed points around the origin, with a standard deviation per axis.
+struct NormalPoints
+{
+    std::mt19937& engine;
+    std::normal_distribution<double> normal{};
+
+    Eigen::Vector3d operator()() { return drawVector(normal, engine); }
+};
+
 /// A translated hull.
 template <class S>
 PosedHull<S> at(const Hull<S>& hull, double x, double y, double z)

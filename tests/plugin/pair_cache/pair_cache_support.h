@@ -179,4 +179,24 @@ public:
     std::function<void(btBroadphaseProxy*, btBroadphaseProxy*)> onAdd;
     std::function<void(btBroadphaseProxy*, btBroadphaseProxy*)> onRemove;
 };
+
+inline bool keep(btBroadphasePair&)
+{
+    return false;
+}
+
+/// Every pair of the first `count` proxies.
+inline void addAllPairs(PairCache& cache, Proxies& proxies, std::size_t count)
+{
+    for (std::size_t a = 0; a < count; ++a)
+        for (std::size_t b = a + 1; b < count; ++b)
+            cache.addOverlappingPair(proxies[a], proxies[b]);
+}
+
+inline btDispatcherInfo deterministic()
+{
+    btDispatcherInfo info;
+    info.m_deterministicOverlappingPairs = true;
+    return info;
+}
 }  // namespace cullet::test

@@ -91,5 +91,140 @@ TEST(PairCacheCallbacks, KeepProxyListOfPendingPairWhenNestedOneIsCancelled)
     EXPECT_EQ(cache.stats().proxies, 2u);
     EXPECT_TRUE(cache.isConsistent());
 }
+
+TEST(PairCache, GrowsDuringGhostCallbackOfRemoval)
+{
+    PairCache cache;
+    Proxies proxies(62);
+    GhostLog ghosts;
+    cache.setInternalGhostPairCallback(&ghosts);
+    for (std::size_t i = 1; i <= 20; ++i)
+        cache.addOverlappingPair(proxies[0], proxies[i]);
+    std::size_t added = 21;
+    ghosts.onRemove = [&](btBroadphaseProxy*, btBroadphaseProxy*)
+    {
+        for (; added <= 61; ++added)
+            cache.addOverlappingPair(proxies[0], proxies[added]);
+    };
+    const std::uint64_t rehashes = cache.stats().rehashes;
+    cache.removeOverlappingPair(proxies[0], proxies[1], nullptr);
+    EXPECT_GT(cache.stats().rehashes, rehashes);
+    EXPECT_TRUE(cache.isConsistent());
+    EXPECT_EQ(cache.getNumOverlappingPairs(), 60);
+    EXPECT_EQ(cache.findPair(proxies[0], proxies[1]), nullptr);
+    for (std::size_t i = 2; i <= 61; ++i)
+        EXPECT_NE(cache.findPair(proxies[0], proxies[i]), nullptr) << i;
+    cache.removeOverlappingPairsContainingProxy(proxies[0], nullptr);
+    EXPECT_EQ(cache.getNumOverlappingPairs(), 0);
+    EXPECT_EQ(ghosts.added.size(), ghosts.removed.size());
+}
+
+TEST(PairCache, AddsNoPairThatIsRemovedInItsGhostCallback)
+{
+    PairCache cache;
+    Proxies proxies(4);
+    GhostLog ghosts;
+    FakeDispatcher dispatcher;
+    cache.setInternalGhostPairCallback(&ghosts);
+    ghosts.onAdd = [&](btBroadphaseProxy*, btBroadphaseProxy* second)
+    {
+        if (second == proxies[1])
+            cache.removeOverlappingPairsContainingProxy(second, &dispatcher);
+    };
+    EXPECT_NE(cache.addOverlappingPair(proxies[0], proxies[2]), nullptr);
+    EXPECT_EQ(cache.addOverlappingPair(proxies[0], proxies[1]), nullptr);
+    EXPECT_EQ(idsOf(cache), (std::vector<RowPair>{{1, 3}}));
+    EXPECT_EQ(ghosts.removed, (std::vector<RowPair>{{1, 2}})) << "told to come, so told to go";
+    EXPECT_EQ(ghosts.lastDispatcher, &dispatcher);
+    // Finds the pair alone, by its proxies and by its ids.
+    for (const bool byIds : {false, true})
+    {
+        ghosts.onAdd = [&, byIds](btBroadphaseProxy* first, btBroadphaseProxy* second)
+        {
+            EXPECT_EQ(byIds ? cache.removePair({1, 2}, nullptr)
+                            : cache.removeOverlappingPair(second, first, nullptr),
+                      nullptr);
+        };
+        EXPECT_EQ(cache.addOverlappingPair(proxies[1], proxies[0]), nullptr);
+    }
+    EXPECT_EQ(ghosts.removed.size(), 3u);
+    ghosts.onAdd = nullptr;
+    EXPECT_NE(cache.addOverlappingPair(proxies[0], proxies[1]), nullptr) << "nothing is left of that";
+    EXPECT_TRUE(cache.isConsistent());
+}
+
+TEST(PairCache, LeavesNoProxyListsOfPairThatIsNotAdded)
+{
+    PairCache cache;
+    Proxies proxies(4);
+    GhostLog ghosts;
+    cache.setInternalGhostPairCallback(&ghosts);
+    cache.addOverlappingPair(proxies[0], proxies[1]);
+    EXPECT_EQ(cache.stats().proxies, 2u);
+    ghosts.onAdd = [&](btBroadphaseProxy*, btBroadphaseProxy* second)
+    { cache.removeOverlappingPairsContainingProxy(second, nullptr); };
+    EXPECT_EQ(cache.addOverlappingPair(proxies[0], proxies[2]), nullptr);
+    EXPECT_EQ(cache.addOverlappingPair(proxies[2], proxies[3]), nullptr);
+    EXPECT_EQ(cache.stats().proxies, 2u);
+    ghosts.onAdd = [](btBroadphaseProxy*, btBroadphaseProxy*) { throw std::runtime_error("of the test"); };
+    EXPECT_THROW(cache.addOverlappingPair(proxies[2], proxies[3]), std::runtime_error);
+    EXPECT_EQ(cache.stats().proxies, 2u);
+    // A pair is added while the addition of another one fails.
+    ghosts.onAdd = [&](btBroadphaseProxy*, btBroadphaseProxy* second)
+    {
+        if (second != proxies[3])
+            return;
+        EXPECT_NE(cache.addOverlappingPair(proxies[1], proxies[2]), nullptr);
+        cache.removeOverlappingPair(proxies[2], proxies[3], nullptr);
+    };
+    EXPECT_EQ(cache.addOverlappingPair(proxies[2], proxies[3]), nullptr);
+    EXPECT_EQ(cache.stats().proxies, 3u);
+    EXPECT_TRUE(cache.isConsistent());
+}
+
+TEST(PairCache, AddsNoPairWhoseProxyIsRemovedInFilterCallback)
+{
+    PairCache cache;
+    Proxies proxies(3);
+    struct Filter final : btOverlapFilterCallback
+    {
+        bool needBroadphaseCollision(btBroadphaseProxy*, btBroadphaseProxy* second) const override
+        {
+            cache->removeOverlappingPairsContainingProxy(second, nullptr);
+            return true;
+        }
+        PairCache* cache;
+    } filter;
+    filter.cache = &cache;
+    GhostLog ghosts;
+    cache.setInternalGhostPairCallback(&ghosts);
+    cache.setOverlapFilterCallback(&filter);
+    EXPECT_EQ(cache.addOverlappingPair(proxies[0], proxies[1]), nullptr);
+    EXPECT_EQ(cache.getNumOverlappingPairs(), 0);
+    EXPECT_TRUE(ghosts.added.empty() && ghosts.removed.empty()) << "nobody was told";
+    cache.setOverlapFilterCallback(nullptr);
+}
+
+TEST(PairCache, ReportsPairOnceHoweverOftenItIsAddedMeanwhile)
+{
+    PairCache cache;
+    Proxies proxies(3);
+    GhostLog ghosts;
+    cache.setInternalGhostPairCallback(&ghosts);
+    ghosts.onAdd = [&](btBroadphaseProxy* first, btBroadphaseProxy* second)
+    {
+        if (second == proxies[2])
+            return;
+        EXPECT_EQ(cache.addOverlappingPair(first, second), nullptr);
+        EXPECT_NE(cache.addOverlappingPair(first, proxies[2]), nullptr) << "others may be added";
+        cache.setInternalGhostPairCallback(nullptr);
+        EXPECT_EQ(cache.addOverlappingPair(second, first), nullptr);
+        cache.setInternalGhostPairCallback(&ghosts);
+    };
+    EXPECT_NE(cache.addOverlappingPair(proxies[0], proxies[1]), nullptr);
+    EXPECT_EQ(ghosts.added, (std::vector<RowPair>{{1, 2}, {1, 3}}));
+    EXPECT_EQ(idsOf(cache), (std::vector<RowPair>{{1, 3}, {1, 2}}));
+    EXPECT_TRUE(cache.isConsistent());
+}
 }  // namespace
 }  // namespace cullet::test
