@@ -16,7 +16,6 @@
 #include <cstring>
 #include <new>
 #include <numeric>
-#include <random>
 #include <utility>
 #include <vector>
 
@@ -411,11 +410,8 @@ private:
             return;
         if (m_order == PsapExecutor::Shuffled)
         {
-            std::vector<std::uint64_t> indices(end - begin);
-            std::iota(indices.begin(), indices.end(), begin);
-            std::shuffle(indices.begin(), indices.end(), m_random);
             auto body = makeBody();
-            for (const std::uint64_t i : indices)
+            for (const std::uint64_t i : shuffled(begin, end))
                 body(i);
             return;
         }
@@ -431,10 +427,25 @@ private:
                       });
     }
 
+    /// The indices from `begin` up to `end` in an order that depends on the seed and on the calls before. Tests shuffle
+    /// billions of indices, so a draw is one multiplication; that it is a little uneven does no harm.
+    std::vector<std::uint64_t> shuffled(std::uint64_t begin, std::uint64_t end)
+    {
+        std::vector<std::uint64_t> indices(end - begin);
+        std::iota(indices.begin(), indices.end(), begin);
+        for (std::uint64_t left = indices.size(); left > 1; --left)
+        {
+            m_random = m_random * 6364136223846793005u + 1442695040888963407u;
+            // Of a linear congruence the upper bits are the random ones.
+            std::swap(indices[left - 1], indices[((m_random >> 32) * left) >> 32]);
+        }
+        return indices;
+    }
+
     static constexpr std::uint64_t kGrain = 64;
 
     PsapExecutor m_order;
-    std::mt19937 m_random;
+    std::uint64_t m_random;  ///< state of Knuth's MMIX generator
     ParallelLoops m_workers;
     std::atomic<std::uint64_t> m_tests{0};
     std::uint64_t m_bytes = 0;
