@@ -30,6 +30,11 @@ read_sources(everything broad narrow plugin cuda abi preload demos)
 file(READ "${ROOT}/.ci/run" ci)
 set(everything "${everything}${tests}${ci}")
 
+# A line "Suite.Test" for each test, so that a search for one does not read all sources.
+string(REGEX MATCHALL "TEST(_[A-Z]+)?\\([A-Za-z0-9_]+,[ \n]*[A-Za-z0-9_]+\\)|NAME [A-Za-z0-9]+\\.[A-Za-z0-9]+" test_names "${tests}")
+string(REGEX REPLACE "TEST(_[A-Z]+)?\\(([A-Za-z0-9_]+),[ \n]*([A-Za-z0-9_]+)\\)" "\\2.\\3" test_names "${test_names}")
+string(REGEX REPLACE "NAME |;" "\n" test_names "${test_names}\n")
+
 # has_word(<variable> <text> <word>): whether the word stands there, not as a part of a longer one
 function(has_word variable text word)
     string(REGEX MATCH "(^|[^A-Za-z0-9_])${word}([^A-Za-z0-9_]|$)" found "${text}")
@@ -69,7 +74,7 @@ macro(check_test token)
     list(GET parts 0 suite)
     list(GET parts 1 name)
     string(REPLACE "*" "[A-Za-z0-9]*" name "${name}")
-    string(REGEX MATCH "TEST(_[A-Z]+)?\\(${suite},[ \n]*${name}\\)|NAME ${suite}\\.${name}" hit "${tests}")
+    string(REGEX MATCH "\n${suite}\\.${name}\n" hit "\n${test_names}")
     if(NOT hit)
         complain("${token}: no such test")
     endif()
