@@ -11,6 +11,10 @@
 
 namespace cullet
 {
+/// Speeds of the thesis's spheres, in radii per frame.
+constexpr float kSlowest = 0.05f;
+constexpr float kFastest = 0.1f;
+
 /// A body of a box scene: a cube around a centre, with a velocity per frame.
 struct Ball
 {

@@ -13,9 +13,6 @@ namespace cullet
 {
 namespace
 {
-constexpr float kSlowest = 0.05f;
-constexpr float kFastest = 0.1f;
-
 /// Balls that fly in a cube from the origin to `side`.
 class RoomScene : public BoxScene
 {

@@ -14,8 +14,6 @@ namespace
 {
 constexpr float kUniformVolume = 32.0f;
 constexpr float kTwoSizesVolume = 20000.0f;
-constexpr float kSlowest = 0.05f;
-constexpr float kFastest = 0.1f;
 
 /// Balls in a cube from the origin to `side`, and their motion.
 class FieldScene : public BoxScene
