@@ -40,8 +40,8 @@ if(CULLET_SANITIZE)
     add_link_options("-fsanitize=${CULLET_SANITIZE}")
 endif()
 
-# -DCMAKE_UNITY_BUILD=ON compiles several sources as one where each is also compiled alone: the programs in the other
-# precision, and with a sanitizer those in both. What is installed never is.
+# -DCMAKE_UNITY_BUILD=ON compiles several sources as one in the folders that ask for it, tests and demos. What is installed
+# never is.
 set(CULLET_UNITY "${CMAKE_UNITY_BUILD}")
 set(CMAKE_UNITY_BUILD OFF)
 # Below that a job's memory, above it most of what there is to gain.
@@ -109,20 +109,12 @@ function(cullet_library_part target)
     foreach(part IN LISTS targets)
         if(TARGET ${part})
             set_target_properties(${part} PROPERTIES
-                CXX_VISIBILITY_PRESET hidden CUDA_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON
-                UNITY_BUILD OFF)
+                CXX_VISIBILITY_PRESET hidden CUDA_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON)
             # Position independent code would otherwise keep the compiler from inlining what another library might
             # replace.
             target_compile_options(${part} PRIVATE "$<$<COMPILE_LANGUAGE:CXX>:-fno-semantic-interposition>")
         endif()
     endforeach()
-endfunction()
-
-# cullet_unity(<target>): several sources of <target> as one, where that is asked for.
-function(cullet_unity target)
-    if(CULLET_UNITY)
-        set_target_properties(${target} PROPERTIES UNITY_BUILD ON)
-    endif()
 endfunction()
 
 # cullet_precision_names(float|double <suffix> <precision>): "" and float32, or -float64 and float64.
@@ -155,10 +147,6 @@ function(cullet_add_per_precision kind name)
             add_executable(${target} ${arg_SOURCES})
             target_link_libraries(${target} PRIVATE cullet_flags)
             set(scope PRIVATE)
-        endif()
-        list(LENGTH arg_SOURCES count)
-        if(count GREATER 1 AND (suffix OR CULLET_SANITIZE))
-            cullet_unity(${target})
         endif()
         # Users' files get the same from plugin/core/precision.h, by what Bullet is compiled with.
         target_compile_definitions(${target} PRIVATE CULLET_PRECISION=${precision})

@@ -50,27 +50,32 @@ function(cullet_add_to_tests target labels)
     endif()
 endfunction()
 
-# A program without Bullet. Under a sanitizer its sources may be one, as those of both precisions are.
+# cullet_optimise_little(<target>): a test takes less time to compile so, and the libraries are optimised all the same.
+function(cullet_optimise_little target)
+    target_compile_options(${target} PRIVATE "$<$<NOT:$<CONFIG:Debug>>:-O1>")
+endfunction()
+
+# A program without Bullet.
 function(cullet_add_test_program name)
     add_executable(${name} ${ARGN})
     target_link_libraries(${name} PRIVATE cullet_flags GTest::gtest GTest::gtest_main)
-    list(LENGTH ARGN count)
-    if(count GREATER 1 AND CULLET_SANITIZE)
-        cullet_unity(${name})
-    endif()
 endfunction()
 
-# cullet_add_broad_test(<name> <source>... [LINK <target>...] [LABELS <label>...] [TIMEOUT <seconds>] [SHARDS <count>])
+# cullet_add_broad_test(<name> <source>... [LINK <target>...] [LABELS <label>...] [TIMEOUT <seconds>] [SHARDS <count>]
+#                       [OPTIMISED])
 #
 # A test program without Bullet. Labels in use: gpu (needs a CUDA device), slow (left out under sanitizers), golden
 # (compares with stored results), threads (worth a ThreadSanitizer run). SHARDS: ctest knows so many parts of the program in
 # place of thousands of tests, of which to start a process takes longer than to run one.
 function(cullet_add_broad_test name)
-    cmake_parse_arguments(PARSE_ARGV 1 arg "" "TIMEOUT;SHARDS" "LINK;LABELS")
+    cmake_parse_arguments(PARSE_ARGV 1 arg "OPTIMISED" "TIMEOUT;SHARDS" "LINK;LABELS")
     if(NOT arg_TIMEOUT)
         set(arg_TIMEOUT 300)
     endif()
     cullet_add_test_program(${name} ${arg_UNPARSED_ARGUMENTS})
+    if(NOT arg_OPTIMISED)
+        cullet_optimise_little(${name})
+    endif()
     target_link_libraries(${name} PRIVATE cullet::broad ${arg_LINK})
     cullet_add_to_tests(${name} "${arg_LABELS}")
     if("threads" IN_LIST arg_LABELS)
@@ -86,11 +91,14 @@ endfunction()
 # cullet_add_narrow_test(... [SUFFIX <of the names of its tests>]): else the same arguments; links the narrow phase instead of
 # the broad one.
 function(cullet_add_narrow_test name)
-    cmake_parse_arguments(PARSE_ARGV 1 arg "" "TIMEOUT;SUFFIX" "LINK;LABELS")
+    cmake_parse_arguments(PARSE_ARGV 1 arg "OPTIMISED" "TIMEOUT;SUFFIX" "LINK;LABELS")
     if(NOT arg_TIMEOUT)
         set(arg_TIMEOUT 300)
     endif()
     cullet_add_test_program(${name} ${arg_UNPARSED_ARGUMENTS})
+    if(NOT arg_OPTIMISED)
+        cullet_optimise_little(${name})
+    endif()
     target_link_libraries(${name} PRIVATE cullet_hulls ${arg_LINK})
     cullet_add_to_tests(${name} "${arg_LABELS}")
     cullet_discover_tests(${name} "${arg_SUFFIX}" "${arg_LABELS}" ${arg_TIMEOUT})
@@ -113,7 +121,7 @@ function(cullet_add_plugin_test name)
         LINK_PAIRED cullet_plugin ${arg_LINK_PAIRED})
     foreach(suffix "" "-float64")
         if(NOT arg_OPTIMISED)
-            target_compile_options(${name}${suffix} PRIVATE "$<$<NOT:$<CONFIG:Debug>>:-O1>")
+            cullet_optimise_little(${name}${suffix})
         endif()
         cullet_add_to_tests(${name}${suffix} "${arg_LABELS}")
         # What threads share does not depend on the scalar.

@@ -6,11 +6,13 @@
 #
 # Environment, all optional:
 #   CULLET_PRESET      the configure preset; default: with CUDA where nvcc is, else without
-#   CULLET_CMAKE_ARGS  further arguments for the configure step
+#   CULLET_CMAKE_ARGS  further arguments for the configure step; default: -DCMAKE_UNITY_BUILD=ON, which compiles several
+#                      sources of tests and demos as one
 #   CULLET_JOBS        parallel compiler processes; default: processors, and at most one per 1.5 GiB of memory
 
 set -euo pipefail
 
+CULLET_CMAKE_ARGS=${CULLET_CMAKE_ARGS--DCMAKE_UNITY_BUILD=ON}
 CULLET_ROOT=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 # Where cmake/install_cuda.sh puts CUDA 13, and CulletCuda.cmake looks for it.
 CULLET_TOOLKIT=$CULLET_ROOT/build/cuda-toolkit/nvidia/cu13
@@ -129,7 +131,7 @@ job_count()
 # files.
 configure()
 {
-    local build=$CULLET_ROOT/build/$1 arguments="${CULLET_CMAKE_ARGS:-}"
+    local build=$CULLET_ROOT/build/$1 arguments="$CULLET_CMAKE_ARGS"
     if [ -z "${has_installed:-}" ] && [ -f "$build/build.ninja" ] && [ "$build/configured" -nt "$CULLET_ROOT/CMakePresets.json" ] &&
         [ "$(cat "$build/configured")" = "$arguments" ]; then
         return
