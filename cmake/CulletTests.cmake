@@ -47,6 +47,9 @@ endfunction()
 function(cullet_add_to_tests target labels)
     if(NOT "slow" IN_LIST labels)
         add_dependencies(cullet_tests ${target})
+        if(NOT target MATCHES "-float64$")
+            add_dependencies(cullet_single_tests ${target})
+        endif()
     endif()
 endfunction()
 
@@ -132,8 +135,9 @@ function(cullet_add_plugin_test name)
     endforeach()
 endfunction()
 
-# Every test program but slow ones, and those with tests labelled threads: what a sanitizer build needs, without the demos.
-# And the programs, tests or not, that need CUDA.
+# Every test program but slow ones, those of them that are not for double precision, and those with tests labelled threads:
+# what a sanitizer build needs, without the demos. And the programs, tests or not, that need CUDA.
 add_custom_target(cullet_tests)
+add_custom_target(cullet_single_tests)
 add_custom_target(cullet_thread_tests)
 add_custom_target(cullet_gpu_programs)
