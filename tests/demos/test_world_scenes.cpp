@@ -120,8 +120,9 @@ TEST(WorldScenes, StepToSameBitsWithGridBruteForceAndSap)
 TEST(WorldScenes, DependOnTheirSeed)
 {
     // The other scenes draw nothing at random.
-    for (const std::string name : {"drop", "boxes", "hulls", "hills", "thesis", "W1", "W2", "W3", "W4", "W5",
-                                   "pour", "pile", "static", "planet", "stampede", "crowd"})
+    for (const std::string name :
+         {"drop", "boxes", "hulls", "hills", "thesis", "W1", "W2", "W3", "W4", "W5", "pour", "pile", "static",
+          "planet", "stampede", "crowd", "compounds", "robots"})
     {
         WorldSceneOptions options = makeOptions(50);
         const auto one = makeWorldScene(name, options);
@@ -136,7 +137,7 @@ TEST(WorldScenes, DependOnTheirSeed)
 TEST(WorldScenes, HaveTheBodiesThatWereAskedFor)
 {
     for (const std::string name : {"drop", "boxes", "barrels", "hills", "thesis", "W2", "pile", "wall",
-                                   "domino", "cards", "planet", "stampede", "soft", "crowd"})
+                                   "domino", "cards", "planet", "stampede", "soft", "crowd", "compounds"})
         EXPECT_EQ(countObjects(*make(name, 101), moves), 101) << name;
 }
 

@@ -3,6 +3,7 @@
 #include "cullet/demos/scenes/bodies/body_world.h"
 #include "cullet/demos/scenes/bodies/world_scene.h"
 #include "cullet/demos/scenes/worlds/actor_worlds.h"
+#include "cullet/demos/scenes/worlds/compound_worlds.h"
 #include "cullet/demos/scenes/worlds/file_world.h"
 #include "cullet/demos/scenes/worlds/flying_world.h"
 #include "cullet/demos/scenes/worlds/heap_worlds.h"
@@ -27,6 +28,8 @@ const std::vector<WorldSceneInfo>& worldScenes()
          makeHullsScene},
         {"barrels", "barrels of 44 points stand in columns", 960, 1e3, makeBarrelsScene},
         {"hills", "random hulls of 20 points fall onto a mesh of triangles", 1000, 1e3, makeHillsScene},
+        {"compounds", "compounds of five hulls fall into a walled square", 216, 1e3, makeCompoundsScene},
+        {"robots", "multibodies with four driven wheels each, on a walled floor", 25, 1e3, makeRobotsScene},
         {"thesis", "spheres of 80 triangles, uniform, random velocities; no response", 4000, 1e4,
          makeThesisScene},
         {"W1", "boxes of uniform spheres of radius 1, all move; no response", 4000, 1e4, makeFlyingScene},
