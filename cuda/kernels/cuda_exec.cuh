@@ -38,6 +38,8 @@ public:
     template <class T>
     using Staging = PinnedBuffer<T>;
 
+    static constexpr bool kRunsAtOnce = false;
+
     /// Makes the executor's device the current one of this thread, and restores the previous one.
     class DeviceGuard
     {

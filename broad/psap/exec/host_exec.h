@@ -47,6 +47,9 @@ public:
     template <class T>
     using Staging = HostBuffer<T>;
 
+    /// A step has run when its call returns, so that what it counted can be read.
+    static constexpr bool kRunsAtOnce = true;
+
     /// Lives during an update. The executor of a GPU makes its device the current one.
     struct DeviceGuard
     {

@@ -183,6 +183,9 @@ private:
     void rank(Exec& exec, const ChangeLists& lists, IdBits bits, const SortedChanges& changes)
     {
         exec.reserve(m_ranks, m_room.total());
+        // Room without a change in it would be most of the work of a small update.
+        if constexpr (Exec::kRunsAtOnce)
+            m_room = lists.sortedCounts(m_room);
         close(exec, lists, bits, {}, m_ranks.data());
         const RankChange step = {lists, bits, m_room, m_keys[0].data(), m_ranks.data(), changes};
         exec.forEach(step.indices(), step);
