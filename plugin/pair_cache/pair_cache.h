@@ -49,7 +49,9 @@ struct PairCacheStats
 /// cleaning a proxy costs its own pairs instead of a scan of all.
 ///
 /// Pairs are identified by the unique ids of their proxies, which must be unique among the proxies in the cache and
-/// must not change while they are in it. The lower id is `m_pProxy0`. Pairs of two equal ids are refused.
+/// must not change while they are in it. Pairs of two equal ids are refused. As everywhere in Bullet ids are compared
+/// as int, so that ids from 2^31 on come before all others: the lower id is `m_pProxy0`, and sorting and ordered passes
+/// follow the same order.
 ///
 /// Order: the pair array is contiguous, without null or duplicate entries, and its order depends on the sequence of
 /// operations only: new pairs are appended, and the last pair moves into the entry of a removed one. An algorithm stays

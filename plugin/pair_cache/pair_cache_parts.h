@@ -24,7 +24,7 @@ inline Pair idsOf(const btBroadphasePair& pair)
 /// The order of btBroadphasePair's constructor.
 inline ProxyPair sortById(btBroadphaseProxy* proxy0, btBroadphaseProxy* proxy1)
 {
-    return proxy0->m_uniqueId < proxy1->m_uniqueId ? ProxyPair{proxy0, proxy1} : ProxyPair{proxy1, proxy0};
+    return isLowerId(*proxy0, *proxy1) ? ProxyPair{proxy0, proxy1} : ProxyPair{proxy1, proxy0};
 }
 
 /// The ids in the order of btBroadphasePair, which compares them as int.

@@ -48,7 +48,7 @@ bool PairCache::isConsistent() const
     for (std::uint32_t index = 0; index < size(); ++index)
     {
         const btBroadphasePair& pair = m_pairs[static_cast<int>(index)];
-        if (pair.m_pProxy0->m_uniqueId >= pair.m_pProxy1->m_uniqueId)
+        if (!isLowerId(*pair.m_pProxy0, *pair.m_pProxy1))
             return false;
         if (indexOf(idsOf(pair)) != index)
             return false;

@@ -13,10 +13,11 @@ namespace
 constexpr int kDigitBits = 11;  // 2,048 counters fit into the first-level cache
 constexpr std::uint32_t kDigits = 1u << kDigitBits;
 
-/// The digit of an id; larger ids have smaller digits, for a descending order.
+/// The digit of an id; ids that are larger as int have smaller digits, for a descending order.
 std::uint32_t digitOf(std::uint32_t id, int shift)
 {
-    return ~(id >> shift) & (kDigits - 1);
+    constexpr std::uint32_t kAllButSign = 0x7fffffffu;
+    return (id ^ kAllButSign) >> shift & (kDigits - 1);
 }
 }  // namespace
 

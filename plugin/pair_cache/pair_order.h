@@ -13,7 +13,8 @@ namespace cullet
 {
 inline namespace CULLET_PRECISION
 {
-/// The pairs of an array in descending order of (first, second); reuses its memory from sort to sort.
+/// The pairs of an array in descending order of (first, second), compared as int as Bullet does
+/// (btBroadphasePairSortPredicate); reuses its memory from sort to sort.
 class PairOrder
 {
 public:

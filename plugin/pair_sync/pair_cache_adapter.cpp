@@ -90,8 +90,11 @@ bool PairCacheAdapter::contains(btBroadphaseProxy& a, btBroadphaseProxy& b) cons
 
 bool PairCacheAdapter::add(btBroadphaseProxy& a, btBroadphaseProxy& b)
 {
-    return (m_culletCache != nullptr ? m_culletCache->addPair(&a, &b)
-                                     : m_cache->addOverlappingPair(&a, &b)) != nullptr;
+    // As btDbvtBroadphase does, so that a filter gets both proxies in the order of the pair.
+    btBroadphaseProxy* const first = isLowerId(a, b) ? &a : &b;
+    btBroadphaseProxy* const second = isLowerId(a, b) ? &b : &a;
+    return (m_culletCache != nullptr ? m_culletCache->addPair(first, second)
+                                     : m_cache->addOverlappingPair(first, second)) != nullptr;
 }
 
 bool PairCacheAdapter::addBatch(const std::vector<ProxyPair>& pairs)

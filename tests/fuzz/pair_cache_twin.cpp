@@ -188,10 +188,7 @@ bool PairCacheTwin::passesWords(const btBroadphaseProxy* a, const btBroadphasePr
 
 bool PairCacheTwin::isDescending(const std::vector<Ids>& list)
 {
-    const auto isOutOfOrder = [](const Ids& a, const Ids& b) {
-        return std::make_pair(bits(a.first), bits(a.second)) <= std::make_pair(bits(b.first), bits(b.second));
-    };
-    return std::adjacent_find(list.begin(), list.end(), isOutOfOrder) == list.end();
+    return std::adjacent_find(list.begin(), list.end(), std::less_equal<Ids>()) == list.end();
 }
 
 bool PairCacheTwin::wanted(const Frame& frame) const

@@ -153,7 +153,6 @@ private:
     static std::uint32_t bits(int id) { return static_cast<std::uint32_t>(id); }
     static Ids idsOfProxies(const btBroadphaseProxy* a, const btBroadphaseProxy* b);
     static bool passesWords(const btBroadphaseProxy* a, const btBroadphaseProxy* b);
-    /// By the ids as unsigned numbers: so passes and sorts order them, while the lower id of a pair is so as int.
     static bool isDescending(const std::vector<Ids>& list);
 
     bool wanted(const Frame& frame) const;

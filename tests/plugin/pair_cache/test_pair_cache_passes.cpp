@@ -129,7 +129,8 @@ TEST(PairCache, ProcessesInDescendingOrderOfIdsWhenAskedTo)
 {
     PairCache cache;
     Proxies proxies;
-    for (const int id : {70000, 3, 1 << 30, 12, 4096, 5000, INT_MAX})
+    // Bullet's ids are int: those from 2^31 on are the lowest.
+    for (const int id : {70000, -1, 3, 1 << 30, INT_MIN, 12, 4096, INT_MIN + 5, 5000, INT_MAX})
         proxies.add(id);
     addAllPairs(cache, proxies, proxies.size());
     std::vector<RowPair> expected = idsOf(cache);
@@ -144,6 +145,8 @@ TEST(PairCache, ProcessesInDescendingOrderOfIdsWhenAskedTo)
     Visit plain(keep);
     cache.processAllOverlappingPairs(&plain, nullptr, btDispatcherInfo());
     EXPECT_EQ(plain.visited, inArray);
+    cache.sortOverlappingPairs(nullptr);
+    EXPECT_EQ(idsOf(cache), expected);
 }
 
 TEST(PairCache, ProcessesInOrderEveryPairThatIsStillThereWhenCallbacksRemove)

@@ -328,6 +328,53 @@ TEST(PairSync, TracksPairsOfIdsBeyondSignedRange)
     }
 }
 
+TEST(PairSync, PassesProxiesToFilterAndGhostsInOrderOfIdsAsInt)
+{
+    struct Order final : btOverlapFilterCallback, btOverlappingPairCallback
+    {
+        bool needBroadphaseCollision(btBroadphaseProxy* a, btBroadphaseProxy* b) const override
+        {
+            EXPECT_LT(a->m_uniqueId, b->m_uniqueId);
+            ++filtered;
+            return true;
+        }
+        btBroadphasePair* addOverlappingPair(btBroadphaseProxy* a, btBroadphaseProxy* b) override
+        {
+            EXPECT_LT(a->m_uniqueId, b->m_uniqueId);
+            ++added;
+            return nullptr;
+        }
+        void* removeOverlappingPair(btBroadphaseProxy*, btBroadphaseProxy*, btDispatcher*) override
+        {
+            return nullptr;
+        }
+        void removeOverlappingPairsContainingProxy(btBroadphaseProxy*, btDispatcher*) override {}
+        mutable int filtered = 0;
+        int added = 0;
+    };
+    btHashedOverlappingPairCache hashed;
+    btSortedOverlappingPairCache sorted;
+    for (btOverlappingPairCache* cache :
+         {static_cast<btOverlappingPairCache*>(nullptr), static_cast<btOverlappingPairCache*>(&hashed),
+          static_cast<btOverlappingPairCache*>(&sorted)})
+    {
+        Order order;
+        ProxyStore store(0x7ffffffeu);
+        PairSync pairSync(store, cache, makeBruteForceBackend(), bruteOptions());
+        btOverlappingPairCache& used = *pairSync.adapter().cache();
+        used.setOverlapFilterCallback(&order);
+        used.setInternalGhostPairCallback(&order);
+        for (int i = 0; i < 4; ++i)
+            store.create(vec(0, 0, 0), vec(1, 1, 1), nullptr, {1, kAllGroups});
+        pairSync.update(0.05f, nullptr);
+        EXPECT_EQ(pairSync.adapter().count(), 6);
+        EXPECT_GE(order.filtered, 6);
+        EXPECT_EQ(order.added, 6);
+        used.setInternalGhostPairCallback(nullptr);
+        used.setOverlapFilterCallback(nullptr);
+    }
+}
+
 /// Defines nextIdOf(). An explicit instantiation may name a private member, which 2^32 proxies would count up.
 template <std::uint32_t ProxyStore::*kMember>
 struct NextIdOfStore
