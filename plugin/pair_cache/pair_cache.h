@@ -126,14 +126,15 @@ public:
     /// its place is visited next.
     ///
     /// The callback may add and remove pairs, which invalidates its reference. Pairs added during the pass are visited
-    /// too, at its end. No pair is visited twice, and none is skipped unless the callback itself removes pairs that
+    /// too, at its end, so a callback that adds a pair in every call does not come to an end. No pair is visited twice, and none is skipped unless the callback itself removes pairs that
     /// were already visited: each of those may move the last pair to an entry behind the pass. If the callback removes
     /// the pair it was called for, its return value has no effect.
     void processAllOverlappingPairs(btOverlapCallback* callback, btDispatcher* dispatcher) override;
 
     /// Visits the pairs in array order, or with `m_deterministicOverlappingPairs` in descending order of (lower id,
-    /// higher id), the order of Bullet's hashed cache. In that order no pair is ever skipped, and pairs added during
-    /// the pass are not visited before the next one.
+    /// higher id), the order of Bullet's hashed cache. In that order the pass visits what was in the cache at its
+    /// beginning: no such pair is skipped or visited twice, and a new one waits for the next pass. A pair that was
+    /// removed and added again before its turn keeps its turn, as in Bullet's cache; so no step misses its contacts.
     ///
     /// O(pairs) to sort, nothing if no pair was added or removed since the last sort. Uses array order if there is no
     /// memory to sort.

@@ -178,6 +178,40 @@ TEST(PairCache, ProcessesInOrderEveryPairThatIsStillThereWhenCallbacksRemove)
         EXPECT_TRUE(ids.first % 3 != 0 || ids.second > 900);
 }
 
+TEST(PairCache, VisitsReturnedPairOnceInOrderedPassWhenItComesBackBeforeItsTurn)
+{
+    PairCache cache;
+    Proxies proxies(4);
+    FakeDispatcher dispatcher;
+    addAllPairs(cache, proxies, 4);
+    const auto renew = [&](std::size_t a, std::size_t b)
+    {
+        cache.removeOverlappingPair(proxies[a], proxies[b], &dispatcher);
+        cache.addOverlappingPair(proxies[a], proxies[b])->m_algorithm = dispatcher.makeAlgorithm();
+    };
+    int renewedCount = 0;
+    Visit visit(
+        [&](btBroadphasePair& pair)
+        {
+            const bool isRenewed = idsOf(pair) == RowPair{1, 2};
+            EXPECT_EQ(pair.m_algorithm != nullptr, isRenewed) << "the visit is for the pair that came back";
+            renewedCount += isRenewed;
+            if (idsOf(pair) == RowPair{2, 3})
+            {
+                renew(2, 3);  // visited before
+                renew(1, 2);  // this one
+                renew(0, 1);  // not yet visited
+            }
+            return false;
+        });
+    cache.processAllOverlappingPairs(&visit, &dispatcher, deterministic());
+    EXPECT_EQ(visit.visited, (std::vector<RowPair>{{3, 4}, {2, 4}, {2, 3}, {1, 4}, {1, 3}, {1, 2}}));
+    EXPECT_EQ(renewedCount, 1);
+    for (std::size_t i = 0; i < 4; ++i)
+        cache.removeOverlappingPairsContainingProxy(proxies[i], &dispatcher);
+    EXPECT_EQ(dispatcher.freedCount, 3);
+}
+
 TEST(PairCache, ProcessesNestedOrderedPassesCorrectlyAfterChanges)
 {
     PairCache cache;
