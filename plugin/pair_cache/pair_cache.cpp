@@ -93,36 +93,43 @@ btBroadphasePair* PairCache::addOverlappingPair(btBroadphaseProxy* proxy0, btBro
 
 btBroadphasePair* PairCache::addPair(btBroadphaseProxy* proxy0, btBroadphaseProxy* proxy1)
 {
+    const ProxyPair sorted = sortById(proxy0, proxy1);
+    if (isBeingAdded(sorted))
+        return pairAt(indexOf(sorted));
     if (m_filter == nullptr)
-        return needsBroadphaseCollision(proxy0, proxy1) ? addPairUnfiltered(proxy0, proxy1) : nullptr;
-    Addition addition(*this, idsOf(sortById(proxy0, proxy1)));
+        return needsBroadphaseCollision(proxy0, proxy1) ? addAccepted(sorted) : nullptr;
+    Addition addition(*this, idsOf(sorted));
     if (!m_filter->needBroadphaseCollision(proxy0, proxy1) || addition.isCancelled)
         return nullptr;
-    return addPairUnfiltered(proxy0, proxy1);
+    return addAccepted(sorted);
 }
 
 btBroadphasePair* PairCache::addPairUnfiltered(btBroadphaseProxy* proxy0, btBroadphaseProxy* proxy1)
 {
-    if (proxy0->m_uniqueId == proxy1->m_uniqueId)
-        return nullptr;
     const ProxyPair sorted = sortById(proxy0, proxy1);
+    return isBeingAdded(sorted) ? pairAt(indexOf(sorted)) : addAccepted(sorted);
+}
+
+/// Adds a pair that the filter lets pass, or returns the existing one.
+btBroadphasePair* PairCache::addAccepted(const ProxyPair& sorted)
+{
+    if (sorted.first->m_uniqueId == sorted.second->m_uniqueId)
+        return nullptr;
     const std::uint32_t known = indexOf(sorted);
     if (known != kNone)
         return pairAt(known);
-    if (isBeingReported(sorted))
-        return nullptr;
     if (m_ghosts == nullptr)
         return append(sorted);
     Addition addition(*this, idsOf(sorted));
     return addReported(sorted, addition);
 }
 
-/// Whether the ghost callback for an addition of this same pair is running.
-bool PairCache::isBeingReported(const ProxyPair& sorted) const
+/// Whether the filter or the ghost callback for an addition of this same pair is running.
+bool PairCache::isBeingAdded(const ProxyPair& sorted) const
 {
     for (const Addition* addition = m_additions; addition != nullptr; addition = addition->outer())
     {
-        if (addition->reported.first != nullptr && addition->ids == idsOf(sorted))
+        if (addition->ids == idsOf(sorted))
             return true;
     }
     return false;

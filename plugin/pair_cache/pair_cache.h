@@ -94,7 +94,7 @@ public:
     /// The ghost callback is called before a new pair is in the cache. Filter and ghost callback may remove the pair,
     /// or all pairs of one of its proxies: then the pair is not added, and the ghost callback's
     /// removeOverlappingPair() is called if its addOverlappingPair() was. While either runs, adding the same pair
-    /// again returns null.
+    /// again, in any way, calls neither and adds nothing: it returns null, or the pair if it is in the cache.
     btBroadphasePair* addOverlappingPair(btBroadphaseProxy* proxy0, btBroadphaseProxy* proxy1) override;
 
     /// Destroys the pair's algorithm, removes the pair, and returns its former `m_internalInfo1`; null if there is no
@@ -216,7 +216,8 @@ private:
     std::uint32_t indexOf(Pair ids) const;
     void makeRoom();
     void growTo(std::size_t pairCount);
-    bool isBeingReported(const ProxyPair& sorted) const;
+    bool isBeingAdded(const ProxyPair& sorted) const;
+    btBroadphasePair* addAccepted(const ProxyPair& sorted);
     btBroadphasePair* addReported(const ProxyPair& sorted, Addition& addition);
     template <class IsAffected>
     void cancelAdditions(IsAffected isAffected, btDispatcher* dispatcher);

@@ -8,6 +8,13 @@ void PairCacheTwin::add(std::size_t a, std::size_t b, bool withAlgorithm)
 {
     btBroadphaseProxy *first = m_proxies[a], *second = m_proxies[b];
     const Ids ids = idsOfProxies(first, second);
+    if (isBeingAdded(ids))
+    {
+        const bool isKnown = m_pairs.count(ids) != 0;
+        require((m_cache.addOverlappingPair(first, second) != nullptr) == isKnown,
+                "the same pair is added within its own addition", ids);
+        return;
+    }
     Frame frame{ids, m_frame, passesWords(first, second), false};
     m_frame = &frame;
     const bool hasFilter = m_cache.getOverlapFilterCallback() != nullptr;
@@ -196,10 +203,23 @@ bool PairCacheTwin::wanted(const Frame& frame) const
     if (!frame.isPassed || frame.isCancelled || frame.ids.first == frame.ids.second ||
         m_pairs.count(frame.ids) != 0)
         return false;
+    return !isBeingReported(frame.ids);
+}
+
+bool PairCacheTwin::isBeingReported(Ids ids) const
+{
     for (const Report* report = m_reports; report != nullptr; report = report->outer)
-        if (report->ids == frame.ids)
-            return false;
-    return true;
+        if (report->ids == ids)
+            return true;
+    return false;
+}
+
+bool PairCacheTwin::isBeingAdded(Ids ids) const
+{
+    for (const Frame* frame = m_frame; frame != nullptr; frame = frame->outer)
+        if (frame->isFiltering && frame->ids == ids)
+            return true;
+    return isBeingReported(ids);
 }
 
 bool PairCacheTwin::filter(const btBroadphaseProxy* a, const btBroadphaseProxy* b)

@@ -156,6 +156,9 @@ private:
     static bool isDescending(const std::vector<Ids>& list);
 
     bool wanted(const Frame& frame) const;
+    bool isBeingReported(Ids ids) const;
+    /// Whether the filter or the ghost callback of the pair is running.
+    bool isBeingAdded(Ids ids) const;
 
     bool filter(const btBroadphaseProxy* a, const btBroadphaseProxy* b);
 

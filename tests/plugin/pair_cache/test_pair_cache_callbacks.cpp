@@ -7,6 +7,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <functional>
 #include <vector>
 
 namespace cullet::test
@@ -203,6 +205,119 @@ TEST(PairCache, AddsNoPairWhoseProxyIsRemovedInFilterCallback)
     EXPECT_EQ(cache.getNumOverlappingPairs(), 0);
     EXPECT_TRUE(ghosts.added.empty() && ghosts.removed.empty()) << "nobody was told";
     cache.setOverlapFilterCallback(nullptr);
+}
+
+/// A filter with an answer that calls a function first.
+class CallingFilter final : public btOverlapFilterCallback
+{
+public:
+    explicit CallingFilter(PairCache& cache) : m_cache(cache) { cache.setOverlapFilterCallback(this); }
+    ~CallingFilter() override { m_cache.setOverlapFilterCallback(nullptr); }
+    bool needBroadphaseCollision(btBroadphaseProxy* a, btBroadphaseProxy* b) const override
+    {
+        calls.push_back(std::minmax(a->m_uniqueId, b->m_uniqueId));
+        // A call for the same pair inside would not come to an end.
+        if (std::count(calls.begin(), calls.end(), calls.back()) <= limit && onCall)
+            onCall(a, b);
+        return answer;
+    }
+
+    std::function<void(btBroadphaseProxy*, btBroadphaseProxy*)> onCall;
+    bool answer = true;
+    std::ptrdiff_t limit = 1;
+    mutable std::vector<RowPair> calls;
+
+private:
+    PairCache& m_cache;
+};
+
+/// Adds the pair in each way there is.
+void addInEveryWay(PairCache& cache, btBroadphaseProxy* a, btBroadphaseProxy* b,
+                   const btBroadphasePair* expected)
+{
+    EXPECT_EQ(cache.addOverlappingPair(a, b), expected);
+    EXPECT_EQ(cache.addOverlappingPair(b, a), expected);
+    EXPECT_EQ(cache.addPair(a, b), expected);
+    EXPECT_EQ(cache.addPairUnfiltered(b, a), expected);
+    const ProxyPair pair{a, b};
+    EXPECT_EQ(cache.addPairsUnfiltered(&pair, 1), 0u);
+}
+
+TEST(PairCacheCallbacks, RefuseSamePairWhileItsFilterRuns)
+{
+    for (const bool answer : {false, true})
+    {
+        for (const bool hasGhosts : {false, true})
+        {
+            PairCache cache;
+            Proxies proxies(3);
+            GhostLog ghosts;
+            cache.setInternalGhostPairCallback(hasGhosts ? &ghosts : nullptr);
+            CallingFilter filter(cache);
+            filter.answer = answer;
+            filter.onCall = [&](btBroadphaseProxy* a, btBroadphaseProxy* b)
+            {
+                addInEveryWay(cache, a, b, nullptr);
+                if (b != proxies[2])
+                {
+                    EXPECT_EQ(cache.addOverlappingPair(a, proxies[2]) != nullptr, answer) << "another pair";
+                }
+            };
+            EXPECT_EQ(cache.addOverlappingPair(proxies[1], proxies[0]) != nullptr, answer);
+            EXPECT_EQ(cache.getNumOverlappingPairs(), answer ? 2 : 0);
+            EXPECT_EQ(filter.calls, (std::vector<RowPair>{{1, 2}, {2, 3}}));
+            EXPECT_EQ(ghosts.added.size(), answer && hasGhosts ? 2u : 0u);
+            EXPECT_TRUE(cache.isConsistent());
+        }
+    }
+}
+
+TEST(PairCacheCallbacks, ReturnExistingPairWhileItsFilterRuns)
+{
+    PairCache cache;
+    Proxies proxies(2);
+    btBroadphasePair* const pair = cache.addOverlappingPair(proxies[0], proxies[1]);
+    CallingFilter filter(cache);
+    filter.onCall = [&](btBroadphaseProxy* a, btBroadphaseProxy* b) { addInEveryWay(cache, a, b, pair); };
+    EXPECT_EQ(cache.addOverlappingPair(proxies[0], proxies[1]), pair);
+    EXPECT_EQ(filter.calls.size(), 1u);
+    EXPECT_EQ(cache.getNumOverlappingPairs(), 1);
+}
+
+TEST(PairCacheCallbacks, RefusePairThatFilterRemovesAndAddsAgain)
+{
+    PairCache cache;
+    Proxies proxies(2);
+    CallingFilter filter(cache);
+    filter.onCall = [&](btBroadphaseProxy* a, btBroadphaseProxy* b)
+    {
+        EXPECT_EQ(cache.removeOverlappingPair(a, b, nullptr), nullptr);
+        addInEveryWay(cache, a, b, nullptr);
+    };
+    EXPECT_EQ(cache.addOverlappingPair(proxies[0], proxies[1]), nullptr);
+    EXPECT_EQ(cache.getNumOverlappingPairs(), 0);
+    EXPECT_NE(cache.addOverlappingPair(proxies[0], proxies[1]), nullptr) << "nothing is left of that";
+}
+
+TEST(PairCacheCallbacks, AddPairWhoseProxyIsCleanedInFilter)
+{
+    PairCache cache;
+    Proxies proxies(5);
+    FakeDispatcher dispatcher;
+    for (std::size_t i = 1; i < 4; ++i)
+        cache.addOverlappingPair(proxies[0], proxies[i])->m_algorithm = dispatcher.makeAlgorithm();
+    CallingFilter filter(cache);
+    filter.onCall = [&](btBroadphaseProxy* a, btBroadphaseProxy*)
+    {
+        cache.cleanProxyFromPairs(a, &dispatcher);
+        cache.removeOverlappingPair(a, proxies[2], &dispatcher);
+    };
+    btBroadphasePair* const pair = cache.addOverlappingPair(proxies[0], proxies[4]);
+    ASSERT_NE(pair, nullptr);
+    EXPECT_EQ(pair->m_algorithm, nullptr);
+    EXPECT_EQ(dispatcher.freedCount, 3);
+    EXPECT_EQ(idsOf(cache), (std::vector<RowPair>{{1, 2}, {1, 4}, {1, 5}}));
+    EXPECT_TRUE(cache.isConsistent());
 }
 
 TEST(PairCache, ReportsPairOnceHoweverOftenItIsAddedMeanwhile)
