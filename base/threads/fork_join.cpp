@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #include "cullet/base/threads/fork_join.h"
 
+#include <algorithm>
+#include <chrono>
 #include <thread>
 #include <utility>
 
@@ -11,6 +13,17 @@
 
 namespace cullet
 {
+namespace
+{
+/// How often a waiting thread yields before it sleeps, half a microsecond each time where nothing else runs.
+constexpr unsigned kMostYields = 64;
+
+/// The first sleep, and how many of the same length follow; each later group is longer by as much, up to kMostSleeps.
+constexpr std::chrono::microseconds kSleep{50};
+constexpr unsigned kSleepsOfSameLength = 8;
+constexpr unsigned kMostSleeps = 20;
+}  // namespace
+
 void ForkJoin::spinWait(unsigned spins)
 {
 #if defined(__SSE2__)
@@ -21,8 +34,14 @@ void ForkJoin::spinWait(unsigned spins)
         return;
     }
 #endif
-    static_cast<void>(spins);
-    std::this_thread::yield();
+    // A thread whose task is still not done was descheduled, or has much more to do than the waiting one had. Spinning
+    // on would take the core that it may need.
+    constexpr unsigned kFirstSleep = kMostSpins + kMostYields;
+    if (spins < kFirstSleep)
+        std::this_thread::yield();
+    else
+        std::this_thread::sleep_for(kSleep *
+                                    std::min(1 + (spins - kFirstSleep) / kSleepsOfSameLength, kMostSleeps));
 }
 
 void ForkJoin::begin(unsigned tasks, const void* body, Call call)

@@ -11,6 +11,10 @@
 #include <thread>
 #include <vector>
 
+#if defined(__linux__)
+#include <sys/resource.h>
+#endif
+
 namespace cullet::test
 {
 namespace
@@ -134,6 +138,27 @@ TEST(ForkJoin, RethrowsTaskExceptionInCallerAndRunsNextLoop)
     }
     crew.close();
 }
+
+#if defined(__linux__)
+/// How often the calling thread has given up its core to wait; yielding does not count.
+long sleepsOfThisThread()
+{
+    rusage usage = {};
+    getrusage(RUSAGE_THREAD, &usage);
+    return usage.ru_nvcsw;
+}
+
+TEST(ForkJoin, SleepsInsteadOfSpinningWhenAWaitIsLong)
+{
+    const long before = sleepsOfThisThread();
+    for (unsigned spins = 0; spins < ForkJoin::kMostSpins + 10; ++spins)
+        ForkJoin::spinWait(spins);
+    EXPECT_EQ(sleepsOfThisThread(), before) << "short waits end without the system";
+    for (unsigned spins = 1000; spins < 1010; ++spins)
+        ForkJoin::spinWait(spins);
+    EXPECT_GE(sleepsOfThisThread() - before, 10);
+}
+#endif
 
 TEST(ParallelLoops, RunsAllTasksInOneRegionAndRethrowsExceptions)
 {
