@@ -5,7 +5,12 @@
 
 #include "cullet/base/sanitizer.h"
 #include "cullet/narrow/build/hull_builder.h"
+#include "cullet/narrow/epa/epa.h"
 #include "cullet/narrow/epa/exact_penetration.h"
+#include "cullet/narrow/gjk/gjk.h"
+#include "cullet/narrow/gjk/isa_gjk.h"
+#include "cullet/plugin/broadphase.h"
+#include "cullet/plugin/world.h"
 #include "cullet/tests/plugin/convex/convex_world.h"
 
 #include <gtest/gtest.h>
@@ -129,6 +134,104 @@ TEST(IsaGjkStack, StaysWithinLimitForExactDepths)
         });
     EXPECT_TRUE(isFound);
     EXPECT_LT(used, kMost);
+}
+
+namespace
+{
+/// Stack bytes of the queries of two hulls, one after the other.
+template <class Scalar>
+std::size_t stackOfQueries(int count, double apart)
+{
+    using Vector = Eigen::Matrix<Scalar, 3, 1>;
+    std::vector<Vector> points;
+    for (const btVector3& point : ballPoints(count, 1.0, 74))
+        points.emplace_back(Scalar(point.x()), Scalar(point.y()), Scalar(point.z()));
+    const Hull<Scalar> hull = makeHull(points);
+    const PosedHull<Scalar> a(hull, Eigen::Matrix<Scalar, 3, 3>::Identity(), Vector::Zero());
+    const PosedHull<Scalar> b(hull, Eigen::Matrix<Scalar, 3, 3>::Identity(), {Scalar(apart), 0, 0});
+    PaintedStack stack;
+    const std::size_t nothing = stack.usedBy([] {});
+    GjkState state = GjkState::NotConverged;
+    const std::size_t used = stack.usedBy(
+        [&]
+        {
+            GjkCache<Scalar> first, second;
+            isaGjk(a, b, Scalar(0), first);
+            gjkDistance(a, b, Scalar(10), second);
+            state = penetration(a, b, first).state;
+        });
+    EXPECT_EQ(state, apart < 1 ? GjkState::Overlapping : GjkState::Separated) << apart;
+    return used - nothing;
+}
+}  // namespace
+
+TEST(IsaGjkStack, StaysWithinLimitForQueriesOfNarrowPhaseAlone)
+{
+    std::size_t most = 0;
+    for (const int count : {20, 400})
+    {
+        for (const double apart : {0.0, 1e-3, 0.5, 5.0})
+            most =
+                std::max({most, stackOfQueries<float>(count, apart), stackOfQueries<double>(count, apart)});
+    }
+    EXPECT_LT(most, kMost);
+    EXPECT_GT(most, kLeast);
+    RecordProperty("bytesOfQueries", static_cast<int>(most));
+}
+
+namespace
+{
+/// Stack bytes of steps of a world with all of cullet, whose bodies begin in two heaps of nearly coincident hulls.
+std::size_t stackOfSteps(int threads, int bodyCount)
+{
+    btDefaultCollisionConfiguration configuration;
+    DispatcherOptions options;
+    options.threads = threads;
+    Dispatcher dispatcher(&configuration, options);
+    Broadphase broadphase;
+    btSequentialImpulseConstraintSolver solver;
+    World<btDiscreteDynamicsWorld> world(&dispatcher, &broadphase, &solver, &configuration);
+    world.setUpdateThreads(threads);
+    const auto round = makeHullShape(ballPoints(400, 1.0, 75));
+    btCapsuleShape capsule(btScalar(0.3), 1);
+    btBoxShape box(vec(0.5, 0.5, 0.5));
+    btCollisionShape* const shapes[] = {round.get(), &capsule, &box};
+    std::vector<std::unique_ptr<btRigidBody>> bodies;
+    for (int i = 0; i < bodyCount; ++i)
+    {
+        btRigidBody::btRigidBodyConstructionInfo info(1, nullptr, shapes[i % 3], vec(1, 1, 1));
+        // Pairs lie at nearly the same place, beside other pairs.
+        info.m_startWorldTransform.setOrigin(vec(1.5 * (i / 2 % 10), 1.5 * (i / 20), 1e-3 * (i % 2)));
+        bodies.push_back(std::make_unique<btRigidBody>(info));
+        world.addRigidBody(bodies.back().get());
+    }
+    PaintedStack stack;
+    const std::size_t nothing = stack.usedBy([] {});
+    const std::size_t used = stack.usedBy(
+        [&]
+        {
+            for (int step = 0; step < 3; ++step)
+                world.stepSimulation(btScalar(1) / 60, 0, btScalar(1) / 60);
+        });
+    EXPECT_GT(dispatcher.getNumManifolds(), bodyCount / 2);
+    for (auto& body : bodies)
+        world.removeRigidBody(body.get());
+    return used - nothing;
+}
+}  // namespace
+
+TEST(IsaGjkStack, StaysWithinLimitInStepsOfWorldWithAllOfCullet)
+{
+    std::size_t most = 0;
+    // Enough bodies for loops on several threads and for the grid.
+    for (const int bodyCount : {40, 700})
+    {
+        for (const int threads : {1, 2})
+            most = std::max(most, stackOfSteps(threads, bodyCount));
+    }
+    EXPECT_LT(most, kMost);
+    EXPECT_GT(most, kLeast);
+    RecordProperty("bytesOfSteps", static_cast<int>(most));
 }
 
 TEST(IsaGjkStack, StaysWithinLimitForContactPatches)
