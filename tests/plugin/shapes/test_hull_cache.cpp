@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #include "cullet/plugin/shapes/convex_shape.h"
 #include "cullet/tests/plugin/convex/convex_contacts.h"
+#include "cullet/tests/plugin/convex/convex_world.h"
 
 #include <gtest/gtest.h>
 
@@ -131,6 +132,39 @@ TEST(HullCache, SharesOneGraphAmongShapesWithEqualPoints)
     EXPECT_EQ(hullCacheStats().buildsTotal, before.buildsTotal + 2);
     for (const auto& shape : shapes)
         invalidate(*shape);
+}
+
+/// Bodies of hulls fall onto each other; the fourth components of their points begin with `fourth`.
+std::uint64_t hashOfHeap(Narrow narrow, btScalar fourth)
+{
+    ConvexWorld world(narrow);
+    btBoxShape ground(vec(20, 1, 20));
+    world.add(&ground, 0, vec(0, -1, 0));
+    std::vector<std::unique_ptr<btConvexHullShape>> shapes;
+    for (int i = 0; i < 8; ++i)
+    {
+        // Two of each, which share their points or, with other fourth components, do not.
+        shapes.push_back(makeHullShape(i % 4 < 2 ? ballPoints(30, 0.5, std::uint32_t(90 + i % 4))
+                                                 : boxPoints(0.4, 0.1 * (i % 4), 0.3)));
+        btVector3* const points = shapes.back()->getUnscaledPoints();
+        for (int point = 0; fourth != 0 && point < shapes.back()->getNumPoints(); ++point)
+            points[point][3] = fourth * btScalar(point + i);
+        world.add(shapes.back().get(), 1, vec(0.3 * (i % 2), 0.6 + 0.9 * i, 0.2 * (i % 3)));
+    }
+    world.step(120);
+    EXPECT_GT(world.dispatcher().getNumManifolds(), 8);
+    return hashOfBodies(world.bodies);
+}
+
+TEST(HullCache, ComputesSameContactsWhateverFourthComponentsOfPoints)
+{
+    constexpr btScalar kNan = std::numeric_limits<btScalar>::quiet_NaN();
+    for (const Narrow narrow : {Narrow::IsaGjk, Narrow::Dispatcher})
+    {
+        const std::uint64_t expected = hashOfHeap(narrow, 0);
+        EXPECT_EQ(hashOfHeap(narrow, btScalar(1e30)), expected);
+        EXPECT_EQ(hashOfHeap(narrow, kNan), expected);
+    }
 }
 
 TEST(HullCache, BuildsGraphOfPreparedShapeOnlyOnce)
