@@ -45,7 +45,8 @@ inline Int4 cellsOfFaces(Float4 faces, const CellBounds& cellBounds) noexcept
 {
     const CellFactors factors(cellBounds);
     Float4 cell = faces * (faces < 0.0f ? factors.below : factors.above) + factors.offset;
-    cell = cell < -kFarthestCell ? Float4{} - kFarthestCell : cell;
+    // A NaN, of a box that is none, ends at the lowest cell: its conversion would be undefined.
+    cell = cell >= -kFarthestCell ? cell : Float4{} - kFarthestCell;
     cell = cell > kFarthestCell ? Float4{} + kFarthestCell : cell;
     // The conversion truncates; the comparison yields -1 where that was upwards. std::floor would be a library call.
     const Int4 truncated = __builtin_convertvector(cell, Int4);

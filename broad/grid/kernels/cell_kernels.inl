@@ -37,7 +37,7 @@ inline __m256i cellsOfTwo(__m256 faces, const CellBounds& cellBounds)
         _mm256_blendv_ps(joined(factors.above, factors.above), joined(factors.below, factors.below), isBelow);
     __m256 cell = _mm256_add_ps(_mm256_mul_ps(faces, factor), joined(factors.offset, factors.offset));
     // The second operand is the result where one is NaN, as in a comparison.
-    cell = _mm256_max_ps(_mm256_set1_ps(-kFarthestCell), cell);
+    cell = _mm256_max_ps(cell, _mm256_set1_ps(-kFarthestCell));
     cell = _mm256_min_ps(_mm256_set1_ps(kFarthestCell), cell);
     const __m256i truncated = _mm256_cvttps_epi32(cell);
     const __m256 isUpwards = _mm256_cmp_ps(_mm256_cvtepi32_ps(truncated), cell, _CMP_GT_OQ);

@@ -4,6 +4,7 @@
 // Columns: the kernels of every instruction set on the same columns, and which columns an update reads.
 
 #include "cullet/broad/grid/column_grid_backend.h"
+#include "cullet/broad/grid/columns/cell_bounds.h"
 #include "cullet/broad/grid/columns/column_builder.h"
 #include "cullet/broad/grid/columns/column_soa.h"
 #include "cullet/tests/broad/grid/column_kernels_here.h"
@@ -14,6 +15,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <limits>
 #include <tuple>
 
 namespace cullet::test
@@ -291,6 +293,18 @@ TEST(ColumnKernelSets, LocateBoxesInSameCellsWithEveryWidth)
         for (const ColumnKernels* kernels : kernelsHere())
             EXPECT_EQ(locatedBy(*kernels, axis), expected) << kernels->name << ", axis " << axis;
     }
+}
+
+TEST(CellBounds, PutNanIntoLowestCellWithoutConvertingIt)
+{
+    constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+    constexpr float kInfinity = std::numeric_limits<float>::infinity();
+    const Int4 cells = cellsOfFaces(Float4{kNan, 5.0f, -kInfinity, kInfinity}, {0.0625f, 0.5f});
+    constexpr auto kFarthest = static_cast<std::int32_t>(kFarthestCell);
+    EXPECT_EQ(cells[0], -kFarthest);
+    EXPECT_EQ(cells[1], 2);
+    EXPECT_EQ(cells[2], -kFarthest);
+    EXPECT_EQ(cells[3], kFarthest);
 }
 
 /// Statistics of boxes of size 1 in a cube, `movers` of which left their skins in each of the last updates.
