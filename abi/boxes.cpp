@@ -34,11 +34,13 @@ std::unique_ptr<Backend> makeBackend(std::int32_t choice, int threads)
 }
 
 /// @pre count > 0
-BoxArray toArray(const float* boxes, std::size_t stride)
+BoxArray toArray(const float* boxes, std::size_t stride, std::uint32_t count)
 {
     requirePointer(boxes, "boxes is NULL");
     require(stride == 0 || stride >= sizeof(Aabb), CULLET_ERROR_SIZE, "stride: at least 24 bytes expected");
-    return {boxes, stride == 0 ? sizeof(Aabb) : stride};
+    const std::size_t used = stride == 0 ? sizeof(Aabb) : stride;
+    requireAddressable(sizeof(Aabb), used, count);
+    return {boxes, used};
 }
 
 cullet_pairs toPairs(const Pairs& pairs)
@@ -72,7 +74,8 @@ cullet_status cullet_box_set_create(const cullet_box_set_options* options, culle
             const auto known = readOptions<sizeof(cullet_box_set_options)>(options);
             require(known.margin >= 0, CULLET_ERROR_ARGUMENT, "margin: not negative and no NaN expected");
             const int threads = checkedThreads(known.threads);
-            *set = new cullet_box_set{BoxSet(makeBackend(known.backend, threads), threads, known.margin)};
+            const float margin = checkedMargin(known.margin);
+            *set = new cullet_box_set{BoxSet(makeBackend(known.backend, threads), threads, margin)};
             return CULLET_OK;
         });
 }
@@ -87,15 +90,18 @@ cullet_status cullet_box_set_add(cullet_box_set* set, const float* boxes, size_t
 {
     return withIds(
         set, ids, count,
-        [&] { return set->set.add(toArray(boxes, stride), count, ids) ? CULLET_OK : CULLET_EMPTY_BOXES; });
+        [&]
+        { return set->set.add(toArray(boxes, stride, count), count, ids) ? CULLET_OK : CULLET_EMPTY_BOXES; });
 }
 
 cullet_status cullet_box_set_move(cullet_box_set* set, const uint32_t* ids, const float* boxes, size_t stride,
                                   uint32_t count)
 {
-    return withIds(
-        set, ids, count,
-        [&] { return set->set.move(ids, toArray(boxes, stride), count) ? CULLET_OK : CULLET_EMPTY_BOXES; });
+    return withIds(set, ids, count,
+                   [&] {
+                       return set->set.move(ids, toArray(boxes, stride, count), count) ? CULLET_OK
+                                                                                       : CULLET_EMPTY_BOXES;
+                   });
 }
 
 cullet_status cullet_box_set_filter(cullet_box_set* set, const uint32_t* ids, const cullet_filter* filters,

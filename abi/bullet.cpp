@@ -51,7 +51,7 @@ BackendChoice choiceOf(std::int32_t backend)
 btScalar marginOf(double margin)
 {
     require(margin == margin, CULLET_ERROR_ARGUMENT, "margin: NaN");
-    return margin == 0 ? btScalar(-1) : btScalar(std::max(margin, 0.0));
+    return margin == 0 ? btScalar(-1) : btScalar(checkedMargin(std::max(margin, 0.0)));
 }
 
 BroadphaseOptions toOptions(const cullet_broadphase_options& requested)

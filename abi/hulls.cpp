@@ -89,7 +89,9 @@ cullet_status cullet_hull_create(const double* points, size_t stride, uint32_t c
             require(count >= 1 && count <= kMostPoints, CULLET_ERROR_ARGUMENT, "1 to 2^24 points expected");
             constexpr std::size_t kPoint = 3 * sizeof(double);
             require(stride == 0 || stride >= kPoint, CULLET_ERROR_SIZE, "stride: at least 24 bytes expected");
-            const auto read = readPoints(points, stride == 0 ? kPoint : stride, count);
+            const std::size_t used = stride == 0 ? kPoint : stride;
+            requireAddressable(kPoint, used, count);
+            const auto read = readPoints(points, used, count);
             auto made = std::make_unique<cullet_hull>(cullet_hull{makeHull(read)});
             require(made->hull.kind() != HullKind::NotFinite, CULLET_ERROR_NOT_FINITE,
                     "a point is not finite, or beyond 1e60");

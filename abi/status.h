@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <cstring>
 #include <exception>
+#include <limits>
 #include <new>
 #include <string>
 
@@ -92,6 +93,25 @@ void writeResult(Result known, Result* result)
     const std::uint32_t size = result->size;
     known.size = size;
     std::memcpy(result, &known, size < sizeof(Result) ? size : sizeof(Result));
+}
+
+/// Requires the elements of an array to lie within the addresses that there are.
+///
+/// @param element bytes of an element
+/// @param stride  bytes from an element to the next; not 0
+inline void requireAddressable(std::size_t element, std::size_t stride, std::uint32_t count)
+{
+    constexpr std::size_t kMost = ~std::size_t{0} / 2;
+    require(count <= 1 || (kMost - element) / (count - 1) >= stride, CULLET_ERROR_SIZE,
+            "stride: the array is larger than the address space");
+}
+
+/// @return margin @pre it is not negative
+inline float checkedMargin(double margin)
+{
+    require(margin <= std::numeric_limits<float>::max(), CULLET_ERROR_ARGUMENT,
+            "margin: a finite number in float expected");
+    return static_cast<float>(margin);
 }
 
 /// @return threads; 0 means as many as the machine has

@@ -224,6 +224,8 @@ static void testBadOptions(void)
     options.later = 0;
     options.known.margin = NAN;
     CHECK(cullet_box_set_create(&options.known, &set) == CULLET_ERROR_ARGUMENT);
+    options.known.margin = INFINITY;
+    CHECK(cullet_box_set_create(&options.known, &set) == CULLET_ERROR_ARGUMENT);
     options.known.margin = 0;
     options.known.threads = -1;
     CHECK(cullet_box_set_create(&options.known, &set) == CULLET_ERROR_ARGUMENT);
@@ -250,8 +252,13 @@ static void testBadCalls(void)
     CHECK(cullet_box_set_add(set, box, 23, 1, &id) == CULLET_ERROR_SIZE);
     CHECK(cullet_box_set_add(set, box, 0, (1u << 30) + 1, &id) == CULLET_ERROR_ARGUMENT);
     CHECK(cullet_box_set_add(set, NULL, 0, 0, NULL) == CULLET_OK);
+    /* Products of stride and count that do not fit into the addresses, or that wrap to a small one. */
+    CHECK(cullet_box_set_add(set, box, SIZE_MAX / 2, 3, &id) == CULLET_ERROR_SIZE);
+    CHECK(cullet_box_set_add(set, box, SIZE_MAX - 23, 2, &id) == CULLET_ERROR_SIZE);
     CHECK(id == 0);
     CHECK(cullet_box_set_add(set, box, 0, 1, &id) == CULLET_OK && id == 1);
+    CHECK(cullet_box_set_move(set, &id, box, SIZE_MAX - 23, 2) == CULLET_ERROR_SIZE);
+    CHECK(cullet_box_set_move(set, &id, box, SIZE_MAX - 23, 1) == CULLET_OK);
 
     const uint32_t twice[2] = {id, id}, unknown[2] = {id, 99};
     CHECK(cullet_box_set_remove(set, unknown, 2) == CULLET_ERROR_ID);

@@ -135,6 +135,7 @@ static void testErrors(const cullet_hull* cube)
     CHECK(cullet_hull_create(points, 0, 2, NULL) == CULLET_ERROR_NULL);
     CHECK(cullet_hull_create(NULL, 0, 2, &hull) == CULLET_ERROR_NULL);
     CHECK(cullet_hull_create(points, 8, 2, &hull) == CULLET_ERROR_SIZE);
+    CHECK(cullet_hull_create(points, SIZE_MAX - 23, 2, &hull) == CULLET_ERROR_SIZE);
     CHECK(cullet_hull_create(points, 0, 0, &hull) == CULLET_ERROR_ARGUMENT);
     CHECK(cullet_hull_create(points, 0, 2, &hull) == CULLET_ERROR_NOT_FINITE && hull == NULL);
     CHECK(cullet_hull_create(huge, 0, 2, &hull) == CULLET_ERROR_NOT_FINITE && hull == NULL);

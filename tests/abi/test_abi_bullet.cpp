@@ -147,6 +147,8 @@ TEST(CInterface, ReturnsErrorForWrongCallsOfBulletFunctions)
     options.backend = CULLET_BACKEND_GRID;
     options.margin = std::numeric_limits<double>::quiet_NaN();
     EXPECT_EQ(create(sizeof(btScalar), &options, &handle), CULLET_ERROR_ARGUMENT);
+    options.margin = 1e39;
+    EXPECT_EQ(create(sizeof(btScalar), &options, &handle), CULLET_ERROR_ARGUMENT) << "no float";
     EXPECT_EQ(create(sizeof(btScalar), nullptr, nullptr), CULLET_ERROR_NULL);
     EXPECT_EQ(handle, nullptr);
 
