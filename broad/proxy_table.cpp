@@ -4,6 +4,7 @@
 
 #include "cullet/base/trim_capacity.h"
 #include "cullet/broad/boxes/aabb_simd.h"
+#include "cullet/broad/limits.h"
 
 #include <algorithm>
 #include <array>
@@ -106,6 +107,7 @@ ProxyId ProxyTable::reserveRow()
 {
     if (!m_free.empty())
         return m_free.back();
+    const std::uint32_t row = extendableRows(size());
     growCapacity(m_boxes);
     growCapacity(m_uniqueIds);
     growCapacity(m_filters);
@@ -114,7 +116,7 @@ ProxyId ProxyTable::reserveRow()
     growBlocks();
     m_free.reserve(m_boxes.capacity());
     m_quarantine.reserve(m_boxes.capacity());
-    return size();
+    return row;
 }
 
 ProxyId ProxyTable::create(const Aabb& box, std::uint32_t uniqueId, Filter filter)

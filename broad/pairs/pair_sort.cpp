@@ -4,6 +4,7 @@
 
 #include "cullet/base/exclusive_sum.h"
 #include "cullet/base/trim_capacity.h"
+#include "cullet/broad/limits.h"
 
 #include <array>
 
@@ -120,7 +121,7 @@ std::size_t PairSort::countOf(const std::vector<KeyList>& lists)
     std::size_t count = 0;
     for (const KeyList& list : lists)
         count += list.size();
-    return count;
+    return sortableCount(count);
 }
 
 void KeyList::trim()
@@ -300,7 +301,7 @@ void PairSort::sortMany(ParallelLoops& workers, const std::vector<KeyList>& list
 
 void PairSort::write(std::vector<std::uint64_t>& keys, Pairs& pairs)
 {
-    m_sorted.resize(keys.size());
+    m_sorted.resize(sortableCount(keys.size()));
     sortKeys(keys.data(), m_sorted.data(), keys.size());
     pairs.resize(keys.size());
     std::transform(m_sorted.begin(), m_sorted.end(), pairs.begin(), pairOfKey);

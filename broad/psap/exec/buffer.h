@@ -36,13 +36,15 @@ public:
     T* data() const { return m_data; }
     std::uint64_t size() const { return m_size; }
 
-    /// Throws what Memory throws; the buffer is then empty.
+    /// Throws what Memory throws, also for more bytes than 64 bits count; the buffer is then empty.
     ///
     /// @param account counter that includes the bytes while the buffer owns them; null: none
     void allocate(std::uint64_t size, std::uint64_t* account = nullptr)
     {
         release();
-        m_data = static_cast<T*>(Memory::allocateBytes(size * sizeof(T)));
+        constexpr std::uint64_t kMostBytes = ~std::uint64_t{0} >> 1;  // more than any memory has
+        const bool isCountable = size <= kMostBytes / sizeof(T);
+        m_data = static_cast<T*>(Memory::allocateBytes(isCountable ? size * sizeof(T) : kMostBytes));
         m_size = size;
         m_account = account;
         if (m_account != nullptr)

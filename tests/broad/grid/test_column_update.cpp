@@ -5,6 +5,7 @@
 
 #include "cullet/broad/grid/column_grid_backend.h"
 #include "cullet/broad/grid/resting/mode_policy.h"
+#include "cullet/broad/limits.h"
 #include "cullet/broad/pairs/pair_sort.h"
 #include "cullet/tests/support/backend_session.h"
 #include "cullet/tests/support/random_world.h"
@@ -399,6 +400,16 @@ TEST(PairSort, SortsListsAndRemovesKeysThatOccurTwice)
             }
         }
     }
+}
+
+TEST(Limits, RefuseWhatRowsAndKeysCannotCount)
+{
+    EXPECT_EQ(extendableRows(kMostRows - 1), kMostRows - 1);
+    EXPECT_THROW(extendableRows(kMostRows), std::bad_alloc);
+    EXPECT_EQ(sortableCount(0), 0u);
+    EXPECT_EQ(sortableCount(0xffffffffu), 0xffffffffu);
+    EXPECT_THROW(sortableCount(0x100000000u), std::bad_alloc);
+    EXPECT_THROW(sortableCount(~std::uint64_t{0}), std::bad_alloc);
 }
 
 TEST(PairSort, TakesListsInOrderWithoutSort)

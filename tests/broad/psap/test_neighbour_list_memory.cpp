@@ -22,6 +22,31 @@ namespace cullet::test
 {
 namespace
 {
+/// Has no memory, but remembers what was requested.
+struct NoMemory
+{
+    static constexpr std::size_t kAlignment = 128;
+    static inline std::uint64_t requested = 0;
+    [[noreturn]] static void* allocateBytes(std::uint64_t bytes)
+    {
+        requested = bytes;
+        throw std::bad_alloc();
+    }
+    static void deallocate(void* /*memory*/) noexcept {}
+};
+
+TEST(ExecutorBuffer, RequestsNoFewerBytesThanItsElementsTake)
+{
+    psap::ExecutorBuffer<std::uint64_t, NoMemory> buffer;
+    EXPECT_THROW(buffer.allocate(1000), std::bad_alloc);
+    EXPECT_EQ(NoMemory::requested, 8000u);
+    // 8 times as many wrap to 8 bytes.
+    EXPECT_THROW(buffer.allocate((std::uint64_t{1} << 61) + 1), std::bad_alloc);
+    EXPECT_GT(NoMemory::requested, std::uint64_t{1} << 62);
+    EXPECT_EQ(buffer.size(), 0u);
+    EXPECT_EQ(buffer.data(), nullptr);
+}
+
 /// HostExec whose allocations fail for long lists of held flags.
 class TightExec : public psap::HostExec
 {
