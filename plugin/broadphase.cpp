@@ -15,6 +15,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <limits>
 #include <new>
 #include <string>
 #include <utility>
@@ -85,10 +86,11 @@ Proxy* toProxy(btBroadphaseProxy* proxy)
     return static_cast<Proxy*>(proxy);
 }
 
-/// The comparison maps a NaN to 0.
+/// The comparison maps a NaN to 0. A margin that is too large for a float is as good as the largest one.
 float toMargin(btScalar margin)
 {
-    return margin > 0 ? static_cast<float>(margin) : 0.0f;
+    constexpr float kMost = std::numeric_limits<float>::max();
+    return margin > 0 ? static_cast<float>(std::min(margin, btScalar(kMost))) : 0.0f;
 }
 
 /// Returns the backend, or the grid if it is null.

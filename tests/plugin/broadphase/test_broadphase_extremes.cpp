@@ -66,6 +66,27 @@ TEST(BroadphaseExtremes, FindsAllOverlapsOfPlanesAndInfiniteBoxes)
     }
 }
 
+TEST(BroadphaseExtremes, KeepsAllPairsWithMarginThatNoFloatHolds)
+{
+    for (BroadphaseOptions options : cpuBackends())
+    {
+        for (const btScalar margin : {std::numeric_limits<btScalar>::max(), btScalar(kInf), btScalar(1e30)})
+        {
+            options.margin = margin;
+            Broadphase broadphase(options);
+            std::vector<btBroadphaseProxy*> cubes;
+            for (int i = 0; i < 40; ++i)
+                cubes.push_back(addCube(broadphase, vec(0.9 * i, 0, 0)));
+            ASSERT_EQ(updatedPairs(broadphase).size(), 39u);
+            // Every second one leaves for the side, and meets the next of them there.
+            for (int i = 0; i < 40; i += 2)
+                moveCube(broadphase, cubes[std::size_t(i)], vec(0.45 * i, 50, 0));
+            EXPECT_EQ(updatedPairs(broadphase).size(), 39u + 19u)
+                << broadphase.stats().backendName << ' ' << margin;
+        }
+    }
+}
+
 TEST(BroadphaseExtremes, CountsInvalidBoxesAndPairsThemOnlyOnceValidAgain)
 {
     for (const BroadphaseOptions& options : cpuBackends())
