@@ -226,6 +226,7 @@ TEST(MeshFile, HasMoreTimeAndMemoryForLargeFiles)
     EXPECT_EQ(limitsForMesh(0).seconds, 10.0);
     EXPECT_GT(limitsForMesh(100000000).seconds, 100.0);
     EXPECT_GT(limitsForMesh(100000000).bytes, limitsForMesh(0).bytes);
+    EXPECT_GT(limitsForMesh(~std::uint64_t{0}).bytes, limitsForMesh(100000000).bytes) << "no overflow";
 }
 
 TEST(MeshFile, NamesFoldersAndTruncatedBinaries)

@@ -205,7 +205,9 @@ std::vector<Point> decode(const std::string& path, const std::vector<char>& rece
 MeshLimits limitsForMesh(std::uint64_t fileBytes)
 {
     const double megabytes = static_cast<double>(fileBytes) / 1e6;
-    return {10.0 + megabytes, (std::uint64_t{1} << 30) + 100 * fileBytes};
+    // A sparse file claims any size.
+    const std::uint64_t counted = std::min(fileBytes, std::uint64_t{1} << 50);
+    return {10.0 + megabytes, (std::uint64_t{1} << 30) + 100 * counted};
 }
 
 std::vector<Point> readMeshVertices(const std::string& path, const MeshLimits& limits)
