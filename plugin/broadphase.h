@@ -91,7 +91,10 @@ struct BroadphaseStats
 /// setAabb() of different proxies may run concurrently with each other while no ghost exists. All other calls need
 /// exclusive access. Different broad phases are independent.
 ///
-/// Errors: no exception leaves a member function but std::bad_alloc and what callbacks of the application throw.
+/// Errors: no exception leaves a member function but std::bad_alloc and what callbacks of the application throw. After
+/// one, setAabb() has stored the box, destroyProxy() can be called again, and the next calculateOverlappingPairs() has
+/// all pairs. Only callbacks let destroyProxy() throw. Where calculateOverlappingPairs() returns without some pairs, for
+/// lack of memory, it logs a warning, and the next call adds them.
 class CULLET_API Broadphase final : public btBroadphaseInterface, public DbvtTuning
 {
 public:

@@ -98,7 +98,10 @@ void PairSync::update(float margin, btDispatcher* dispatcher)
     collectSeparated(view, mustReevaluateAll);
     m_store.endUpdate();
     applyRemoved(margin, dispatcher);
+    const std::uint64_t withoutMemory = m_adapter.pairsWithoutMemory();
     applyAdded(margin);
+    if (m_adapter.pairsWithoutMemory() != withoutMemory)
+        log(LogLevel::Warning, "out of memory: the pair cache lacks pairs until the next update");
     m_expectedCount = m_adapter.count();
     m_mustReevaluateAll = m_wasInterrupted;
     m_needsRestart = m_wasInterrupted;
