@@ -140,9 +140,27 @@ btBroadphasePair* PairCache::addReported(const ProxyPair& sorted, Addition& addi
     if (!hasMemory(sorted))
         return nullptr;
     addition.reported = sorted;
-    m_ghosts->addOverlappingPair(sorted.first, sorted.second);
+    report(addition);
     // The callback may have changed the cache.
     return addition.isCancelled ? nullptr : append(sorted);
+}
+
+/// Calls the ghost callback for a new pair.
+void PairCache::report(const Addition& addition)
+{
+    btOverlappingPairCallback& ghosts = *m_ghosts;
+    const ProxyPair pair = addition.reported;
+    try
+    {
+        ghosts.addOverlappingPair(pair.first, pair.second);
+    }
+    catch (...)
+    {
+        // Without memory, Bullet's callback may have added one body to a ghost, and not that ghost to the other one.
+        if (!addition.isCancelled)
+            ghosts.removeOverlappingPair(pair.first, pair.second, nullptr);
+        throw;
+    }
 }
 
 /// Reserves the memory that append() needs; false if there is none.

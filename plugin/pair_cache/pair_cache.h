@@ -93,8 +93,9 @@ public:
     ///
     /// The ghost callback is called before a new pair is in the cache. Filter and ghost callback may remove the pair,
     /// or all pairs of one of its proxies: then the pair is not added, and the ghost callback's
-    /// removeOverlappingPair() is called if its addOverlappingPair() was. While either runs, adding the same pair
-    /// again, in any way, calls neither and adds nothing: it returns null, or the pair if it is in the cache.
+    /// removeOverlappingPair() is called if its addOverlappingPair() was, also if that threw. While either runs, adding
+    /// the same pair again, in any way, calls neither and adds nothing: it returns null, or the pair if it is in the
+    /// cache.
     btBroadphasePair* addOverlappingPair(btBroadphaseProxy* proxy0, btBroadphaseProxy* proxy1) override;
 
     /// Destroys the pair's algorithm, removes the pair, and returns its former `m_internalInfo1`; null if there is no
@@ -222,6 +223,7 @@ private:
     template <class IsAffected>
     void cancelAdditions(IsAffected isAffected, btDispatcher* dispatcher);
     void* cancelAddition(Pair ids, btDispatcher* dispatcher);
+    void report(const Addition& addition);
     bool hasMemory(const ProxyPair& sorted);
     bool isAnchorNeeded(std::uint32_t id) const noexcept;
     void dropAnchors(Pair ids) noexcept;
