@@ -3,6 +3,7 @@
 #include "cullet/tests/support/process/failing_new.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cstdlib>
 #include <limits>
 #include <new>
@@ -13,10 +14,15 @@ constexpr std::uint64_t kNever = std::numeric_limits<std::uint64_t>::max();
 thread_local std::uint64_t count = 0;
 thread_local std::uint64_t leftBeforeFailure = kNever;
 thread_local const std::function<void()>* functionToCall = nullptr;
+std::atomic<std::int64_t> liveCount{0};
+std::atomic<bool (*)() noexcept> fault{nullptr};
 
 bool isNextToFail() noexcept
 {
     ++count;
+    const auto isFault = fault.load(std::memory_order_relaxed);
+    if (isFault != nullptr && isFault())
+        return true;
     if (leftBeforeFailure-- != 0)
         return false;
     if (functionToCall == nullptr)
@@ -25,16 +31,29 @@ bool isNextToFail() noexcept
     return false;
 }
 
+void* counted(void* memory) noexcept
+{
+    liveCount.fetch_add(memory != nullptr ? 1 : 0, std::memory_order_relaxed);
+    return memory;
+}
+
 void* take(std::size_t size) noexcept
 {
-    return isNextToFail() ? nullptr : std::malloc(size != 0 ? size : 1);
+    return isNextToFail() ? nullptr : counted(std::malloc(size != 0 ? size : 1));
 }
 
 void* takeAligned(std::size_t size, std::size_t alignment) noexcept
 {
     // aligned_alloc() requires multiples of the alignment, which is at least the size of a pointer.
     alignment = std::max(alignment, sizeof(void*));
-    return isNextToFail() ? nullptr : std::aligned_alloc(alignment, (size / alignment + 1) * alignment);
+    return isNextToFail() ? nullptr
+                          : counted(std::aligned_alloc(alignment, (size / alignment + 1) * alignment));
+}
+
+void give(void* memory) noexcept
+{
+    liveCount.fetch_sub(memory != nullptr ? 1 : 0, std::memory_order_relaxed);
+    std::free(memory);
 }
 }  // namespace
 
@@ -60,22 +79,22 @@ void* takeAligned(std::size_t size, std::size_t alignment) noexcept
 
 [[gnu::noinline]] void operator delete(void* memory, std::align_val_t) noexcept
 {
-    std::free(memory);
+    give(memory);
 }
 
 [[gnu::noinline]] void operator delete(void* memory, std::size_t, std::align_val_t) noexcept
 {
-    std::free(memory);
+    give(memory);
 }
 
 [[gnu::noinline]] void operator delete(void* memory) noexcept
 {
-    std::free(memory);
+    give(memory);
 }
 
 [[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept
 {
-    std::free(memory);
+    give(memory);
 }
 
 namespace cullet::test
@@ -83,6 +102,16 @@ namespace cullet::test
 std::uint64_t newCount() noexcept
 {
     return count;
+}
+
+std::int64_t liveNewCount() noexcept
+{
+    return liveCount.load(std::memory_order_relaxed);
+}
+
+void setNewFault(bool (*isNextToFail)() noexcept) noexcept
+{
+    fault.store(isNextToFail, std::memory_order_relaxed);
 }
 
 OneNewFails::OneNewFails(std::uint64_t after) noexcept

@@ -11,6 +11,12 @@ namespace cullet::test
 /// Calls of this thread so far.
 std::uint64_t newCount() noexcept;
 
+/// Calls of all threads whose memory is not deleted yet.
+std::int64_t liveNewCount() noexcept;
+
+/// Sets a function that every call on any thread asks first: true lets the call fail. Null, as at the start: none.
+void setNewFault(bool (*isNextToFail)() noexcept) noexcept;
+
 /// During the lifetime of this object one call of this thread fails, after a number of successful ones.
 class OneNewFails
 {
