@@ -58,8 +58,8 @@ struct BoxStreamInfo
 
 /// Writes a recording. Ids are chosen by the caller: the smallest that no live box has, so that they stay dense.
 ///
-/// Nothing throws but std::bad_alloc. The first failure (a full disk) is kept in error(), and all later calls do
-/// nothing.
+/// Errors: only the constructor throws, std::bad_alloc. The first failure (a full disk, no memory for an event) is kept
+/// in error(), and all later calls do nothing.
 /// Cost: O(1) per event, and zlib's fastest compression, per block of at most 1 MiB.
 class BoxStreamWriter
 {
@@ -72,16 +72,19 @@ public:
     BoxStreamWriter(const BoxStreamWriter&) = delete;
     BoxStreamWriter& operator=(const BoxStreamWriter&) = delete;
 
-    void create(std::uint32_t id, const StreamBox& box, std::int32_t group, std::int32_t mask);
-    void destroy(std::uint32_t id);
-    void set(std::uint32_t id, const StreamBox& box);
-    void filter(std::uint32_t id, std::int32_t group, std::int32_t mask);
-    void frame();
+    void create(std::uint32_t id, const StreamBox& box, std::int32_t group, std::int32_t mask) noexcept;
+    void destroy(std::uint32_t id) noexcept;
+    void set(std::uint32_t id, const StreamBox& box) noexcept;
+    void filter(std::uint32_t id, std::int32_t group, std::int32_t mask) noexcept;
+    void frame() noexcept;
+
+    /// Ends the recording with an error, for a caller that has no memory to go on.
+    void abandon() noexcept;
 
     /// Writes the remaining events, and the counts into the head. The reader refuses a file that was not finished.
     ///
     /// @returns whether everything is in the file
-    bool finish();
+    bool finish() noexcept;
 
     /// One line that names the file and the reason; empty while all is well.
     const std::string& error() const noexcept;
@@ -104,6 +107,7 @@ struct BoxStreamLimits
 /// Reads a recording and trusts nothing in it: each checksum, length, count and id is checked before it is used.
 ///
 /// Memory: two blocks of 1 MiB, and as much as BoxStreamLimits allows. A file beyond a limit is an error that names it.
+/// Errors: open() throws std::bad_alloc; for the others a lack of memory is an error of the file, too.
 class BoxStreamReader
 {
 public:
@@ -130,11 +134,11 @@ public:
     const BoxStreamInfo& info() const noexcept;
 
     /// Reads one event into `event`. A Create has a free id, every other kind but Frame a live one.
-    Next next(BoxEvent& event);
+    Next next(BoxEvent& event) noexcept;
 
     /// Replaces `events` by those up to the next Frame, without it. End: there is no further Frame; `events` has the
     /// events after the last one.
-    Next nextFrame(std::vector<BoxEvent>& events);
+    Next nextFrame(std::vector<BoxEvent>& events) noexcept;
 
     /// One line that names the file, the place and the reason; empty while all is well.
     const std::string& error() const noexcept;

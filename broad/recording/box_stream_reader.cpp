@@ -5,7 +5,9 @@
 
 #include <cerrno>
 #include <cstring>
+#include <exception>
 #include <fstream>
+#include <utility>
 
 namespace cullet
 {
@@ -16,6 +18,7 @@ struct BoxStreamReader::Parts
     std::string path;
     std::unique_ptr<std::istream> file;
     std::string error;
+    std::string memoryError;  ///< the error when there is no memory for one
     BoxStreamInfo info;
     BoxStreamLimits limits;
     Bytes block;
@@ -33,12 +36,30 @@ struct BoxStreamReader::Parts
         return Next::Error;
     }
 
+    /// Calls read(). An event that found no memory may be half read, so it is the last one.
+    template <class Read>
+    Next readSafely(const Read& read) noexcept
+    {
+        try
+        {
+            return read();
+        }
+        catch (const std::exception&)
+        {
+            if (error.empty())
+                error = std::exchange(memoryError, std::string());
+            return Next::Error;
+        }
+    }
+
     bool read(std::uint8_t* bytes, std::size_t count)
     {
         file->read(reinterpret_cast<char*>(bytes), static_cast<std::streamsize>(count));
         return static_cast<std::size_t>(file->gcount()) == count;
     }
 
+    Next next(BoxEvent& event);
+    Next nextFrame(std::vector<BoxEvent>& frame);
     Next readBlock();
     Next finish();
     Next decode(BoxEvent& event);
@@ -204,6 +225,7 @@ std::unique_ptr<BoxStreamReader> BoxStreamReader::open(std::unique_ptr<std::istr
 {
     auto parts = std::make_unique<Parts>();
     parts->path = name;
+    parts->memoryError = "recording '" + name + "': out of memory";
     parts->file = std::move(stream);
     parts->limits = limits;
     Bytes head(kHeadSize);
@@ -223,33 +245,43 @@ const BoxStreamInfo& BoxStreamReader::info() const noexcept
     return m->info;
 }
 
-BoxStreamReader::Next BoxStreamReader::next(BoxEvent& event)
+BoxStreamReader::Next BoxStreamReader::Parts::next(BoxEvent& event)
 {
-    if (!m->error.empty())
+    if (!error.empty())
         return Next::Error;
-    if (m->position == m->events.size())
+    if (position == events.size())
     {
-        const Next block = m->readBlock();
-        if (block != Next::Event)
-            return block;
+        const Next readResult = readBlock();
+        if (readResult != Next::Event)
+            return readResult;
     }
-    return m->decode(event);
+    return decode(event);
 }
 
-BoxStreamReader::Next BoxStreamReader::nextFrame(std::vector<BoxEvent>& events)
+BoxStreamReader::Next BoxStreamReader::Parts::nextFrame(std::vector<BoxEvent>& frame)
 {
-    events.clear();
+    frame.clear();
     BoxEvent event;
     while (true)
     {
         const Next result = next(event);
         if (result != Next::Event || event.kind == BoxEvent::Kind::Frame)
             return result;
-        if (events.size() == m->limits.frameEvents)
-            return m->fail("more than " + std::to_string(m->limits.frameEvents) +
-                           " events before its end, the limit of this reader");
-        events.push_back(event);
+        if (frame.size() == limits.frameEvents)
+            return fail("more than " + std::to_string(limits.frameEvents) +
+                        " events before its end, the limit of this reader");
+        frame.push_back(event);
     }
+}
+
+BoxStreamReader::Next BoxStreamReader::next(BoxEvent& event) noexcept
+{
+    return m->readSafely([&] { return m->next(event); });
+}
+
+BoxStreamReader::Next BoxStreamReader::nextFrame(std::vector<BoxEvent>& events) noexcept
+{
+    return m->readSafely([&] { return m->nextFrame(events); });
 }
 
 const std::string& BoxStreamReader::error() const noexcept

@@ -6,7 +6,9 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <exception>
 #include <fstream>
+#include <utility>
 
 namespace cullet
 {
@@ -17,6 +19,7 @@ struct BoxStreamWriter::Parts
     std::string path;
     std::ofstream file;
     std::string error;
+    std::string memoryError;  ///< the error when there is no memory for one
     BoxStreamInfo info;
     Bytes events;               ///< of the block that is being filled
     std::vector<BoxBits> last;  ///< by id: the box as written last
@@ -24,6 +27,28 @@ struct BoxStreamWriter::Parts
     bool isFinished = false;
 
     bool isDone() const { return isFinished || !error.empty(); }
+
+    /// Calls write(), unless the file is done. An event that found no memory may be incomplete, so it is the last one.
+    template <class Write>
+    void record(const Write& write) noexcept
+    {
+        if (isDone())
+            return;
+        try
+        {
+            write();
+        }
+        catch (const std::exception&)
+        {
+            abandon();
+        }
+    }
+
+    void abandon() noexcept
+    {
+        if (error.empty())
+            error = std::exchange(memoryError, std::string());
+    }
 
     void write(const Bytes& bytes)
     {
@@ -65,12 +90,30 @@ struct BoxStreamWriter::Parts
             put(events, bits[i] ^ last[id][i], static_cast<std::size_t>(info.precision));
         last[id] = bits;
     }
+
+    void putFilter(std::int32_t group, std::int32_t mask)
+    {
+        put(events, static_cast<std::uint32_t>(group), 4);
+        put(events, static_cast<std::uint32_t>(mask), 4);
+    }
+
+    void finish()
+    {
+        writeBlock();
+        file.seekp(0);
+        write(encodeHead(info));
+        file.close();
+        if (!file && error.empty())
+            error = "recording '" + path + "': cannot be written";
+        isFinished = true;
+    }
 };
 
 BoxStreamWriter::BoxStreamWriter(const std::string& path, StreamPrecision precision)
     : m(std::make_unique<Parts>())
 {
     m->path = path;
+    m->memoryError = "recording '" + path + "': out of memory";
     m->info.precision = precision;
     m->file.open(path, std::ios::binary | std::ios::trunc);
     BoxStreamInfo unfinished = m->info;
@@ -84,69 +127,68 @@ BoxStreamWriter::~BoxStreamWriter()
     finish();
 }
 
-void BoxStreamWriter::create(std::uint32_t id, const StreamBox& box, std::int32_t group, std::int32_t mask)
+void BoxStreamWriter::create(std::uint32_t id, const StreamBox& box, std::int32_t group,
+                             std::int32_t mask) noexcept
 {
-    if (m->isDone())
-        return;
-    if (id >= m->last.size())
-        m->last.resize(std::size_t(id) + 1);
-    m->last[id] = {};
-    m->begin(Code::Create, id);
-    put(m->events, static_cast<std::uint32_t>(group), 4);
-    put(m->events, static_cast<std::uint32_t>(mask), 4);
-    m->putBox(id, toBits(box, m->info.precision));
+    m->record(
+        [&]
+        {
+            if (id >= m->last.size())
+                m->last.resize(std::size_t(id) + 1);
+            m->last[id] = {};
+            m->begin(Code::Create, id);
+            m->putFilter(group, mask);
+            m->putBox(id, toBits(box, m->info.precision));
+        });
 }
 
-void BoxStreamWriter::destroy(std::uint32_t id)
+void BoxStreamWriter::destroy(std::uint32_t id) noexcept
 {
-    if (!m->isDone())
-        m->begin(Code::Destroy, id);
+    m->record([&] { m->begin(Code::Destroy, id); });
 }
 
-void BoxStreamWriter::set(std::uint32_t id, const StreamBox& box)
+void BoxStreamWriter::set(std::uint32_t id, const StreamBox& box) noexcept
 {
-    if (m->isDone())
-        return;
-    const BoxBits bits = toBits(box, m->info.precision);
-    if (bits == m->last[id])
-    {
-        m->begin(Code::SetSame, id);
-        return;
-    }
-    m->begin(Code::Set, id);
-    m->putBox(id, bits);
+    m->record(
+        [&]
+        {
+            const BoxBits bits = toBits(box, m->info.precision);
+            const bool isSame = bits == m->last[id];
+            m->begin(isSame ? Code::SetSame : Code::Set, id);
+            if (!isSame)
+                m->putBox(id, bits);
+        });
 }
 
-void BoxStreamWriter::filter(std::uint32_t id, std::int32_t group, std::int32_t mask)
+void BoxStreamWriter::filter(std::uint32_t id, std::int32_t group, std::int32_t mask) noexcept
 {
-    if (m->isDone())
-        return;
-    m->begin(Code::Filter, id);
-    put(m->events, static_cast<std::uint32_t>(group), 4);
-    put(m->events, static_cast<std::uint32_t>(mask), 4);
+    m->record(
+        [&]
+        {
+            m->begin(Code::Filter, id);
+            m->putFilter(group, mask);
+        });
 }
 
-void BoxStreamWriter::frame()
+void BoxStreamWriter::frame() noexcept
 {
-    if (m->isDone())
-        return;
-    m->begin(Code::Frame);
-    m->lastId = ~std::uint32_t(0);
-    ++m->info.frames;
+    m->record(
+        [&]
+        {
+            m->begin(Code::Frame);
+            m->lastId = ~std::uint32_t(0);
+            ++m->info.frames;
+        });
 }
 
-bool BoxStreamWriter::finish()
+void BoxStreamWriter::abandon() noexcept
 {
-    if (!m->isDone())
-    {
-        m->writeBlock();
-        m->file.seekp(0);
-        m->write(encodeHead(m->info));
-        m->file.close();
-        if (!m->file && m->error.empty())
-            m->error = "recording '" + m->path + "': cannot be written";
-        m->isFinished = true;
-    }
+    m->abandon();
+}
+
+bool BoxStreamWriter::finish() noexcept
+{
+    m->record([&] { m->finish(); });
     return m->error.empty();
 }
 
