@@ -4,6 +4,7 @@
 
 #include "cullet/broad/box_stream.h"
 
+#include <exception>
 #include <functional>
 #include <queue>
 #include <unordered_map>
@@ -41,6 +42,48 @@ struct RecordingBroadphase::Parts
         : inner(broadphase),
           writer(path, sizeof(btScalar) == sizeof(float) ? StreamPrecision::Float : StreamPrecision::Double)
     {
+    }
+
+    /// Calls record(), unless the recording has failed: its tables may then name proxies that no longer exist.
+    template <class Record>
+    void record(const Record& record) noexcept
+    {
+        if (!writer.error().empty())
+            return;
+        try
+        {
+            record();
+        }
+        catch (const std::exception&)
+        {
+            writer.abandon();
+        }
+    }
+
+    void create(const btBroadphaseProxy* proxy, const StreamBox& box, int group, int mask)
+    {
+        const std::uint32_t id = allocateId();
+        recorded[id] = {proxy, group, mask};
+        ids[proxy] = id;
+        writer.create(id, box, group, mask);
+    }
+
+    void destroy(const btBroadphaseProxy* proxy)
+    {
+        const auto found = ids.find(proxy);
+        if (found == ids.end())
+            return;
+        writer.destroy(found->second);
+        recorded[found->second] = {};
+        freeIds.push(found->second);
+        ids.erase(found);
+    }
+
+    void set(const btBroadphaseProxy* proxy, const StreamBox& box)
+    {
+        const auto found = ids.find(proxy);
+        if (found != ids.end())
+            writer.set(found->second, box);
     }
 
     std::uint32_t allocateId()
@@ -107,32 +150,21 @@ btBroadphaseProxy* RecordingBroadphase::createProxy(const btVector3& aabbMin, co
     // btAxisSweep3 returns null when it is full.
     if (proxy == nullptr)
         return nullptr;
-    const std::uint32_t id = m->allocateId();
-    m->recorded[id] = {proxy, collisionFilterGroup, collisionFilterMask};
-    m->ids[proxy] = id;
-    m->writer.create(id, streamBox(aabbMin, aabbMax), collisionFilterGroup, collisionFilterMask);
+    const StreamBox box = streamBox(aabbMin, aabbMax);
+    m->record([&] { m->create(proxy, box, collisionFilterGroup, collisionFilterMask); });
     return proxy;
 }
 
 void RecordingBroadphase::destroyProxy(btBroadphaseProxy* proxy, btDispatcher* dispatcher)
 {
-    const auto found = m->ids.find(proxy);
-    if (found != m->ids.end())
-    {
-        m->writer.destroy(found->second);
-        m->recorded[found->second] = {};
-        m->freeIds.push(found->second);
-        m->ids.erase(found);
-    }
+    m->record([&] { m->destroy(proxy); });
     m->inner.destroyProxy(proxy, dispatcher);
 }
 
 void RecordingBroadphase::setAabb(btBroadphaseProxy* proxy, const btVector3& aabbMin,
                                   const btVector3& aabbMax, btDispatcher* dispatcher)
 {
-    const auto found = m->ids.find(proxy);
-    if (found != m->ids.end())
-        m->writer.set(found->second, streamBox(aabbMin, aabbMax));
+    m->record([&] { m->set(proxy, streamBox(aabbMin, aabbMax)); });
     m->inner.setAabb(proxy, aabbMin, aabbMax, dispatcher);
 }
 
@@ -156,8 +188,12 @@ void RecordingBroadphase::aabbTest(const btVector3& aabbMin, const btVector3& aa
 
 void RecordingBroadphase::calculateOverlappingPairs(btDispatcher* dispatcher)
 {
-    m->recordFilters();
-    m->writer.frame();
+    m->record(
+        [this]
+        {
+            m->recordFilters();
+            m->writer.frame();
+        });
     m->inner.calculateOverlappingPairs(dispatcher);
 }
 

@@ -27,7 +27,8 @@ inline namespace CULLET_PRECISION
 /// cullet::recording (cullet::recording-float64), which needs zlib.
 ///
 /// Threads: as for the inner broad phase, but every call that changes something needs exclusive access.
-/// Errors: no exception but std::bad_alloc; see error(). If the file cannot be written, the world runs on unrecorded.
+/// Errors: the constructor throws std::bad_alloc, the other functions only what the inner broad phase throws. If the
+/// file cannot be written, or there is no memory for the recording, the world runs on unrecorded; see error().
 /// Cost: a hash look-up and 5 to 61 bytes, compressed, for each call; O(live proxies) for calculateOverlappingPairs().
 class RecordingBroadphase final : public btBroadphaseInterface
 {
