@@ -199,8 +199,9 @@ void ColumnGridBackend::prepareRows(const ProxyView& view, bool hasCreated)
 {
     if (m_reference.size() < view.size)
     {
-        m_reference.resize(view.size, nanIfEmpty(kEmptyAabb));
+        // The size that is compared grows last: either may throw.
         m_states.resize(view.size, RowState::Absent);
+        m_reference.resize(view.size, nanIfEmpty(kEmptyAabb));
     }
     for (std::uint32_t i = 0; i < view.dirtyCount && hasCreated; ++i)
     {

@@ -16,9 +16,9 @@ constexpr std::size_t kArrays = 7;  // floats of a ColumnSoa
 void ColumnPool::resize(std::size_t entries)
 {
     const std::size_t needed = entries + kColumnPadding;
-    m_stride = needed;
     if (m_floats.size() < kArrays * needed)
         m_floats.resize(kArrays * (needed + needed / 4));
+    m_stride = needed;
 }
 
 ColumnSoa ColumnPool::column(std::size_t offset, TaggedRow* proxyRows, std::uint32_t count, bool isBounded)
@@ -37,11 +37,11 @@ ColumnSoa ColumnPool::column(std::size_t offset, TaggedRow* proxyRows, std::uint
 
 void ColumnBuilder::build(const ColumnKernels& kernels, const ColumnSource& source, ColumnSoa& column)
 {
-    // The kernel reads whole vectors behind the last key.
+    // The kernel reads whole vectors behind the last key. The size that is compared grows last: either may throw.
     if (m_entries.size() < 2u * source.count + 4u)
     {
-        m_entries.resize(3 * source.count + 4);
         m_keys.resize(3 * source.count + 4);
+        m_entries.resize(3 * source.count + 4);
     }
     kernels.buildColumn(source, {m_entries.data(), m_keys.data()}, column);
 }
