@@ -12,6 +12,7 @@
 #include <LinearMath/btQuickprof.h>
 
 #include <algorithm>
+#include <new>
 #include <vector>
 
 namespace cullet
@@ -65,6 +66,7 @@ struct WorldBoxes::Parts
     };
 
     bool update(btCollisionWorld& world, BoxRule rule);
+    void compute(const Job& job, std::size_t count);
     void finish(const Job& job);
     bool isSameObject(const btCollisionObject& object, std::size_t index) const;
     void apply(const Job& job, btCollisionObject& object, SerialWork left, const Box& box);
@@ -205,13 +207,9 @@ bool WorldBoxes::update(btCollisionWorld& world, BoxRule rule)
     return m->update(world, rule);
 }
 
-bool WorldBoxes::Parts::update(btCollisionWorld& world, BoxRule rule)
+/// Computes boxes on all threads. Throws std::bad_alloc.
+void WorldBoxes::Parts::compute(const Job& job, std::size_t count)
 {
-    const auto count = static_cast<std::size_t>(world.getNumCollisionObjects());
-    if (count < 2 * kGrain)
-        return false;
-    BT_PROFILE("updateAabbs");
-    const Job job(world, rule);
     serialWork.resize(count);
     boxes.resize(count);
     objects.resize(count);
@@ -229,6 +227,24 @@ bool WorldBoxes::Parts::update(btCollisionWorld& world, BoxRule rule)
     const auto tasks = static_cast<unsigned>((count + kGrain - 1) / kGrain);
     const double work = kCostOfObject * double(count) + kCostOfBox * double(stats.parallelBoxes);
     workers->runRegion(work, [&] { workers->run(tasks, runTask); });
+}
+
+bool WorldBoxes::Parts::update(btCollisionWorld& world, BoxRule rule)
+{
+    const auto count = static_cast<std::size_t>(world.getNumCollisionObjects());
+    if (count < 2 * kGrain)
+        return false;
+    BT_PROFILE("updateAabbs");
+    const Job job(world, rule);
+    try
+    {
+        compute(job, count);
+    }
+    catch (const std::bad_alloc&)
+    {
+        // Boxes that are set already are set once more.
+        return false;
+    }
     finish(job);
     return true;
 }

@@ -58,7 +58,8 @@ public:
 
     /// Does the same as the world's own updateAabbs(), bit for bit.
     ///
-    /// @return false: nothing was done, because there are too few objects for several threads
+    /// @return false: the world's own function must run, because there are too few objects for several threads, or no
+    ///         memory
     bool update(btCollisionWorld& world, BoxRule rule);
 
     const WorldBoxesStats& stats() const;
