@@ -99,12 +99,16 @@ struct SweepCounts
     std::uint64_t thrown = 0;  ///< that reached the caller as exceptions
 };
 
-/// How a sweep goes on after `after` good calls. CULLET_FAULTS=all in the environment: every call fails once.
-inline std::uint64_t nextFaultAfter(std::uint64_t after)
+/// A sweep lets every one of the first so many calls fail, and a sample of the others.
+inline constexpr std::uint64_t kEveryOfMost = 2500, kEveryOfFew = 40;
+
+/// The call that fails in the life after that in which the call number `after` has failed. With CULLET_FAULTS=all in
+/// the environment every call fails once.
+inline std::uint64_t nextFaultAfter(std::uint64_t after, std::uint64_t every)
 {
     static const bool isComplete = std::getenv("CULLET_FAULTS") != nullptr;
-    constexpr std::uint64_t kDense = 2500, kShare = 100;
-    return after + (isComplete || after < kDense ? 1 : after / kShare);
+    constexpr std::uint64_t kShare = 20;
+    return after + 1 + (isComplete || after < every ? 0 : after / kShare);
 }
 
 /// Memory of operator new and of Bullet that is not freed.
@@ -116,10 +120,11 @@ inline std::int64_t liveMemory()
 /// Lets one fault after the other happen in the life of a scene, until a life has none.
 ///
 /// @param live      takes a FaultRun&, makes its objects, checks and destroys them
+/// @param every     calls that fail one by one, before only a sample of them fails
 /// @param memory    counts what must be as many after each life as before: by default all allocations
 template <class Live>
 SweepCounts sweepFaults(const char* scene, FaultKind kind, const Live& live,
-                        std::int64_t (*memory)() = liveMemory)
+                        std::uint64_t every = kEveryOfMost, std::int64_t (*memory)() = liveMemory)
 {
     const auto liveOnce = [&](std::uint64_t after)
     {
@@ -133,7 +138,7 @@ SweepCounts sweepFaults(const char* scene, FaultKind kind, const Live& live,
     liveOnce(0);
     const std::int64_t before = memory();
     SweepCounts counts;
-    for (std::uint64_t after = 0; !testing::Test::HasFailure(); after = nextFaultAfter(after))
+    for (std::uint64_t after = 0; !testing::Test::HasFailure(); after = nextFaultAfter(after, every))
     {
         planFault(kind, after);
         const std::uint64_t thrown = liveOnce(after);
