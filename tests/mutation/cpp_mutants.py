@@ -101,8 +101,10 @@ class Finder:
         line_text = " ".join(self.lines[token.line - 1].split())
         first, last = self.tokens[begin], self.tokens[end - 1]
         line_count = last.line - first.line + 1
-        self.found.append(Mutant(self.file, token.line, line_text, first.line, line_count, first.begin, last.end, kind, original,
-                                 mutated, mutated if shown is None else shown, replacement))
+        shown = mutated if shown is None else shown
+        shown = mutated if shown is None else shown
+        self.found.append(Mutant(self.file, token.line, line_text, first.line, line_count, first.begin, last.end, kind,
+                                 original, mutated, shown, replacement))
 
     def add_choice(self, kind, begin, end, mutated, at=None):
         """Tokens begin to end become a choice between `mutated` and themselves."""
@@ -195,11 +197,9 @@ class Finder:
             return
         condition, raw = self.text(begin, end), self.raw(begin, end)
         original = f"{word} ({condition})"
-        self.add("condition", begin, end, original, f"{word} (false)", f"!cullet_mutant(@ID@) && ({raw})", index,
-                 "false")
+        self.add("condition", begin, end, original, f"{word} (false)", f"!cullet_mutant(@ID@) && ({raw})", index, "false")
         if word == "if":
-            self.add("condition", begin, end, original, f"{word} (true)", f"cullet_mutant(@ID@) || ({raw})", index,
-                     "true")
+            self.add("condition", begin, end, original, f"{word} (true)", f"cullet_mutant(@ID@) || ({raw})", index, "true")
             self.add("condition", begin, end, original, f"{word} (!({condition}))",
                      f"cullet_mutant(@ID@) != static_cast<bool>({raw})", index, f"!({condition})")
 

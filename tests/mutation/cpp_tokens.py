@@ -25,7 +25,8 @@ PATTERN = re.compile(
 DIRECTIVE = re.compile(r"[ \t]*#(?:[^\n\\]|\\.|\\\n)*", re.DOTALL)
 CLOSERS = {"(": ")", "[": "]", "{": "}"}
 # False on the machines that run the mutants: their branch is not compiled.
-NEVER_DEFINED = re.compile(r"__CUDACC__|__CUDA_ARCH__|CULLET_HAS_CUDA|_MSC_VER|_WIN32|__APPLE__|__clang__|__ARM_NEON|__aarch64__")
+NEVER_DEFINED = re.compile(
+    r"__CUDACC__|__CUDA_ARCH__|CULLET_HAS_CUDA|_MSC_VER|_WIN32|__APPLE__|__clang__|__ARM_NEON|__aarch64__")
 
 
 class SourceError(Exception):

@@ -14,7 +14,8 @@ from cpp_tokens import SourceError
 FOLDERS = ("broad", "narrow", "plugin", "cuda")
 SUFFIXES = (".h", ".inl", ".cpp")
 # Only ThreadSanitizer sees these; --kinds has them too.
-DEFAULT_KINDS = ("comparison", "arithmetic", "bits", "condition", "logic", "constant", "arguments", "order", "statement", "lock")
+DEFAULT_KINDS = (
+    "comparison", "arithmetic", "bits", "condition", "logic", "constant", "arguments", "order", "statement", "lock")
 # Swapped arguments are seldom of one type, so many of these do not compile.
 SPARES = {"arguments": 2.5, "constant": 1.3}
 DEFAULT_SPARE = 1.15

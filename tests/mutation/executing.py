@@ -35,7 +35,7 @@ def read_table(path):
     for line in path.read_text().splitlines():
         if line.strip() and not line.startswith("#"):
             folder, programs = line.split(":", 1)
-            table[folder.strip()] = [program.strip() for program in programs.split(";")]
+            table.setdefault(folder.strip(), []).extend(program.strip() for program in programs.split(";"))
     return table
 
 

@@ -233,6 +233,12 @@ class Runs(unittest.TestCase):
         self.assertEqual(executing.programs_of(["broad/x.h", "broad/psap/y.h"], table), ["a", "b", "c --d 3"])
         self.assertEqual(executing.programs_of(["broad/x.h"], table, 1), ["a"])
 
+    def test_programs_of_table_are_there(self):
+        lists = "".join(path.read_text() for path in (HERE.parent).rglob("CMakeLists.txt"))
+        table = executing.read_table(HERE / "programs.txt")
+        names = {command.split()[0] for commands in table.values() for command in commands}
+        self.assertEqual([name for name in sorted(names) if f"({name} " not in lists and f"({name}\n" not in lists], [])
+
     def test_fastest_tests_first_and_no_more_than_allowed(self):
         one, two = executing.Reach("one"), executing.Reach("two")
         one.seconds, two.seconds = {"A.a": 0.1, "A.b": 20.0}, {"B.a": 0.2, "B.c": 5.0, "B.d": 0.1}
