@@ -102,7 +102,6 @@ class Finder:
         first, last = self.tokens[begin], self.tokens[end - 1]
         line_count = last.line - first.line + 1
         shown = mutated if shown is None else shown
-        shown = mutated if shown is None else shown
         self.found.append(Mutant(self.file, token.line, line_text, first.line, line_count, first.begin, last.end, kind,
                                  original, mutated, shown, replacement))
 

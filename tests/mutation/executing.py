@@ -18,6 +18,7 @@ WHOLE = "*"  # the one "test" of a program without GoogleTest
 ROUNDS = (1.0, 10.0)  # seconds of tests, fastest first, before the next ones start
 ALLOWED_FACTOR, ALLOWED_EXTRA = 3.0, 5.0
 MEMORY = 8 << 30
+TESTS_OF_SHARD = 40
 
 
 def programs_of(files, table, most=None):
@@ -58,6 +59,13 @@ class Reach:
     def is_gtest(self):
         return " " not in self.command
 
+    def add(self, other):
+        """Another part of the same program."""
+        self.seconds.update(other.seconds)
+        self.failed += other.failed
+        for test, mutants in other.mutants.items():
+            self.mutants[test] |= mutants
+
 
 def limited():
     """A mutant may ask for all memory there is, or crash a hundred times."""
@@ -85,12 +93,21 @@ def execute(arguments, environment, limit):
         return status, log.read()[-200000:].decode(errors="replace")
 
 
-def measure_reach(command, path, file, limit):
-    """Runs the program without a mutant; None if that takes too long."""
+def shards_of(command, path, most):
+    """In how many processes to measure a program: one of thousands of tests would take longest of all."""
+    if not Reach(command).is_gtest:
+        return 1
+    _, output = execute([str(path), "--gtest_list_tests"], {}, 60)
+    return max(1, min(most, output.count("\n  ") // TESTS_OF_SHARD))
+
+
+def measure_reach(command, path, file, limit, shard):
+    """Runs a part of the program without a mutant; None if that takes too long. `shard`: (index, count)"""
     file.unlink(missing_ok=True)
     arguments = [str(path), *shlex.split(command)[1:]]
     started = time.monotonic()
-    status, output = execute(arguments, {"CULLET_MUTANT": "reach", "CULLET_MUTANT_REACH": str(file)}, limit)
+    environment = {"GTEST_SHARD_INDEX": str(shard[0]), "GTEST_TOTAL_SHARDS": str(shard[1]), "GTEST_COLOR": "no"}
+    status, output = execute(arguments, {"CULLET_MUTANT": "reach", "CULLET_MUTANT_REACH": str(file), **environment}, limit)
     if status is None:
         return None
     reach = read_reach(command, file)

@@ -8,6 +8,7 @@ import re
 import shutil
 import signal
 import subprocess
+import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -192,18 +193,24 @@ def insert(source, mutants):
 
 def run_until(command, until, **options):
     """(exit status, or None where the time was up; output)"""
-    import time
     process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, errors="replace",
                                start_new_session=True, **options)
     try:
         output, _ = process.communicate(timeout=max(1, until - time.monotonic()))
         return process.returncode, output
     except subprocess.TimeoutExpired:
-        # ninja ends its compilers itself when interrupted.
-        os.killpg(process.pid, signal.SIGINT)
-        try:
-            output, _ = process.communicate(timeout=20)
-        except subprocess.TimeoutExpired:
-            os.killpg(process.pid, signal.SIGKILL)
-            output, _ = process.communicate()
-        return None, output
+        interrupt(process)
+        return None, ""
+    except BaseException:
+        interrupt(process)
+        raise
+
+
+def interrupt(process):
+    """ninja ends its compilers itself when interrupted, and removes what they have half written."""
+    os.killpg(process.pid, signal.SIGINT)
+    try:
+        process.communicate(timeout=20)
+    except subprocess.TimeoutExpired:
+        os.killpg(process.pid, signal.SIGKILL)
+        process.communicate()

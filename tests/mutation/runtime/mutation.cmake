@@ -10,6 +10,17 @@ target_include_directories(cullet_mutants PRIVATE "${CMAKE_BINARY_DIR}/include")
 set_target_properties(cullet_mutants PROPERTIES POSITION_INDEPENDENT_CODE ON)
 link_libraries(cullet_mutants)
 
+# Only demos need these, and no program of programs.txt needs a demo.
+foreach(package assimp nlohmann_json)
+    find_package(${package} CONFIG QUIET)
+    if(NOT ${package}_FOUND)
+        set(folder "${CMAKE_BINARY_DIR}/missing/${package}")
+        file(WRITE "${folder}/${package}Config.cmake" "add_library(${package}::${package} INTERFACE IMPORTED)\n")
+        file(WRITE "${folder}/${package}ConfigVersion.cmake" "set(PACKAGE_VERSION 3)\nset(PACKAGE_VERSION_COMPATIBLE TRUE)\n")
+        set(${package}_DIR "${folder}" CACHE PATH "stands for what is not installed" FORCE)
+    endif()
+endforeach()
+
 function(cullet_record_reach)
     add_library(cullet_reach_listener OBJECT "${CULLET_MUTATION_RUNTIME}/reach_listener.cpp")
     target_include_directories(cullet_reach_listener PRIVATE "${CMAKE_BINARY_DIR}/include")
