@@ -180,6 +180,26 @@ TEST(SmallWorldBackend, FindsOthersWhereTheyMovedInsideTheirSkins)
     EXPECT_GE(session.delta().added.size(), 1u);
 }
 
+TEST(SmallWorldBackend, KeepsRestingBoxesAndTheirPairsWhenWorldGrows)
+{
+    BackendSession session(std::make_unique<SmallWorldBackend>(false));
+    std::vector<ProxyId> resting;
+    for (int i = 0; i < 60; ++i)
+        resting.push_back(session.add(boxAt(float(i) * 0.9f, 0, 0)));
+    ASSERT_TRUE(session.step());
+    ASSERT_EQ(session.pairs().size(), 59u);
+    // The arrays grow with every 64 rows. Each new box lies on a resting one.
+    for (int i = 0; i < 10; ++i)
+        session.add(boxAt(float(i) * 4.5f, 0.5f, 0));
+    ASSERT_TRUE(session.step());
+    EXPECT_STREQ(session.backend().stats().path, "flat");
+    EXPECT_GE(session.delta().added.size(), 10u);
+    // A pair of two resting boxes is not reported again when one of them moves and stays in it.
+    session.table.setBox(resting[31], translated(session.table.box(resting[31]), 0, 0, 0.1f));
+    ASSERT_TRUE(session.step());
+    EXPECT_TRUE(session.reported({}, {}));
+}
+
 TEST(SmallWorldBackend, KeepsPairsWhenColumnGridTakesOver)
 {
     GridOptions options;
