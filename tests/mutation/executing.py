@@ -67,10 +67,13 @@ class Reach:
             self.mutants[test] |= mutants
 
 
-def limited():
+def limit_process(pid):
     """A mutant may ask for all memory there is, or crash a hundred times."""
-    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-    resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
+    try:
+        resource.prlimit(pid, resource.RLIMIT_CORE, (0, 0))
+        resource.prlimit(pid, resource.RLIMIT_AS, (MEMORY, MEMORY))
+    except ProcessLookupError:
+        pass
 
 
 def execute(arguments, environment, limit):
@@ -78,8 +81,8 @@ def execute(arguments, environment, limit):
     with tempfile.TemporaryDirectory(prefix="cullet-mutant-") as folder, tempfile.TemporaryFile() as log:
         # TMPDIR: tests that write files run beside each other.
         process = subprocess.Popen(arguments, stdout=log, stderr=subprocess.STDOUT, stdin=subprocess.DEVNULL, cwd=folder,
-                                   env=dict(os.environ, TMPDIR=folder, **environment), start_new_session=True,
-                                   preexec_fn=limited)
+                                   env=dict(os.environ, TMPDIR=folder, **environment), start_new_session=True)
+        limit_process(process.pid)
         try:
             status = process.wait(timeout=limit)
         except subprocess.TimeoutExpired:
