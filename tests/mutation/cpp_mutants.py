@@ -270,8 +270,8 @@ class Finder:
             return
         texts = [self.text(first, last) for first, last in arguments]
         for place in range(len(texts) - 1):
-            # A lambda is never of another argument's type.
-            if "[" in (texts[place][:1], texts[place + 1][:1]):
+            # A lambda is never of another argument's type, and a memory order seldom.
+            if "[" in (texts[place][:1], texts[place + 1][:1]) or "memory_order" in texts[place] + texts[place + 1]:
                 continue
             swapped = texts[:place] + [texts[place + 1], texts[place]] + texts[place + 2:]
             mutated = f"{self.text(begin, opening + 1)}{', '.join(swapped)})"
