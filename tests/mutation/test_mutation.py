@@ -261,6 +261,15 @@ class Runs(unittest.TestCase):
         self.assertIsNone(executing.execute(["sleep", "30"], {}, 0.2)[0])
         self.assertEqual(executing.execute(["sh", "-c", "exit 3"], {}, 30)[0], 3)
 
+    def test_copies_all_sources_without_git(self):
+        with tempfile.TemporaryDirectory() as folder:
+            for name in ("CMakeLists.txt", "narrow/build/a.h", "build/b.h", ".git/c", "tests/__pycache__/d"):
+                path = Path(folder) / name
+                path.parent.mkdir(parents=True, exist_ok=True)
+                path.touch()
+            work = Workspace(Path(folder), Path(folder) / "build/mutation", 1)
+            self.assertEqual(sorted(work.files()), ["CMakeLists.txt", "narrow/build/a.h"])
+
     def test_compile_errors_name_their_mutant(self):
         with tempfile.TemporaryDirectory() as folder:
             work = Workspace(Path(folder), Path(folder).resolve(), 1)

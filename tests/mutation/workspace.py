@@ -14,7 +14,7 @@ from pathlib import Path
 
 from drawing import lines_of
 
-LEFT_OUT = {"build", ".git", ".cache", "__pycache__", "install"}
+LEFT_OUT = {"build", "install", "shared"}  # of the top folder; narrow/build/ is no build
 INCLUDE = re.compile(r'^\s*#\s*include\s+"cullet/([^"]+)"', re.MULTILINE)
 PLACE = re.compile(r"^(/[^:\n]+):(\d+):(?:\d+:)?\s+(.*)$")
 
@@ -36,7 +36,8 @@ class Workspace:
             return [name for name in listed.stdout.splitlines() if (self.root / name).is_file()]
         names = []
         for folder, folders, files in os.walk(self.root):
-            folders[:] = [name for name in folders if name not in LEFT_OUT]
+            is_top = Path(folder) == self.root
+            folders[:] = [name for name in folders if name[0] not in "._" and not (is_top and name in LEFT_OUT)]
             names += [os.path.relpath(os.path.join(folder, name), self.root) for name in files]
         return names
 
