@@ -345,6 +345,38 @@ TEST(ColumnGridBackend, VisitsOnlyColumnsOfBoxesThatMove)
     EXPECT_EQ(statsOfMovers(0, 7).candidates, 0u);
 }
 
+TEST(ColumnGridBackend, CountsTestsOfAwakeBoxesWithEachOther)
+{
+    GridOptions options;
+    options.threads = 1;
+    options.rebuildFraction = 1;  // enters the resting mode at once
+    ColumnGridBackend grid(options);
+    ProxyTable table;
+    Random random(34);
+    for (std::uint32_t i = 0; i < 5000; ++i)
+        table.create(boxAt(random.point(0, 40)), i + 1, {1, -1});
+    // Far from the others, and all of them overlap: 40 * 39 / 2 pairs.
+    std::vector<ProxyId> awake;
+    for (std::uint32_t i = 0; i < 40; ++i)
+        awake.push_back(table.create(boxAt(100, 100, 100 + 0.01f * float(i)), 6000 + i, {1, -1}));
+    PairDelta delta;
+    int counted = 0;
+    for (int update = 0; update < 12; ++update)
+    {
+        ASSERT_EQ(grid.update(table.beginUpdate(0.0625f, false), delta), Status::Ok);
+        table.endUpdate();
+        if (update > 2 && grid.stats().path == std::string("incremental"))
+        {
+            ++counted;
+            EXPECT_GE(grid.stats().candidates, 780u) << update;
+            EXPECT_LT(grid.stats().candidates, 8u * 780u) << update;
+        }
+        for (const ProxyId row : awake)
+            table.setBox(row, translated(table.box(row), 0.05f, 0, 0));
+    }
+    EXPECT_GT(counted, 5);
+}
+
 TEST(ColumnGridBackend, VisitsNoColumnWhileNeighbourListsCoverMovedBoxes)
 {
     const BackendStats stats = statsOfMovers(200, 6);
