@@ -282,6 +282,22 @@ TEST(ProxyTable, CountsItsMemory)
     EXPECT_LE(table.bytes(), 10000 * 100);
 }
 
+TEST(ProxyTable, NeedsNoMoreMemoryWhenClearedAndFilledAgain)
+{
+    ProxyTable table;
+    std::uint64_t bytes = 0;
+    for (int round = 0; round < 20; ++round)
+    {
+        for (std::uint32_t i = 0; i < 3000; ++i)
+            table.create(cube(0, 1), i + 1, kEverything);
+        settle(table);
+        bytes = round == 0 ? table.bytes() : bytes;
+        EXPECT_EQ(table.bytes(), bytes) << round;
+        table.clear();
+    }
+    EXPECT_GT(bytes, 3000 * sizeof(Aabb));
+}
+
 TEST(ProxyTable, MatchesMapUnderRandomOperations)
 {
     SCOPED_TRACE("seed 2");
