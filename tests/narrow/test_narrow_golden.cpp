@@ -10,7 +10,7 @@
 #include "cullet/narrow/epa/epa.h"
 #include "cullet/narrow/gjk/gjk.h"
 #include "cullet/narrow/gjk/isa_gjk.h"
-#include "cullet/tests/support/fnv1a.h"
+#include "cullet/tests/support/number_hash.h"
 #include "cullet/tests/support/random.h"
 
 #include <gtest/gtest.h>
@@ -18,39 +18,12 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <cstring>
-#include <type_traits>
 #include <vector>
 
 namespace cullet::test
 {
 namespace
 {
-/// A hash of the bits of numbers.
-class NumberHash
-{
-public:
-    template <class T>
-    void add(T number)
-    {
-        std::conditional_t<sizeof(T) == 8, std::uint64_t, std::uint32_t> bits;
-        static_assert(sizeof(bits) == sizeof(number));
-        std::memcpy(&bits, &number, sizeof(bits));
-        m_hash.add(bits, sizeof(bits));
-    }
-    template <class Vector>
-    void addVector(const Vector& v)
-    {
-        for (int i = 0; i < 3; ++i)
-            add(v[i]);
-    }
-
-    std::uint64_t value() const { return m_hash.value(); }
-
-private:
-    Fnv1a m_hash;
-};
-
 double draw(Random& random, float low, float high)
 {
     return static_cast<double>(random.between(low, high));

@@ -13,6 +13,7 @@
 #include <cmath>
 #include <cstdint>
 #include <memory>
+#include <ostream>
 #include <random>
 #include <vector>
 
@@ -24,6 +25,12 @@ enum class Narrow
     IsaGjk,     ///< Bullet's dispatcher with registerIsaGjk()
     Dispatcher  ///< cullet::Dispatcher
 };
+
+inline void PrintTo(Narrow narrow, std::ostream* out)
+{
+    constexpr const char* kNames[] = {"Bullet", "IsaGjk", "Dispatcher"};
+    *out << kNames[static_cast<int>(narrow)];
+}
 
 /// A world with a selectable narrow phase; Bullet's tree is the broad phase.
 class ConvexWorld

@@ -16,7 +16,6 @@
 #include <cstring>
 #include <limits>
 #include <memory>
-#include <ostream>
 #include <sstream>
 #include <string>
 #include <utility>
@@ -391,10 +390,4 @@ private:
         place(robot);
     }
 };
-
-inline void PrintTo(Narrow narrow, std::ostream* out)
-{
-    constexpr const char* kNames[] = {"Bullet", "IsaGjk", "Dispatcher"};
-    *out << kNames[static_cast<int>(narrow)];
-}
 }  // namespace cullet::test

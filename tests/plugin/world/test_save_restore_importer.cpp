@@ -4,9 +4,8 @@
 // A world saved by Bullet's serialiser and restored by Bullet's importer, as by saveState and restoreState of Bullet's
 // Python binding, repeats its evolution bit by bit, as with Bullet's narrow phase.
 
-#include "cullet/tests/plugin/world/saved_world.h"
+#include "cullet/tests/plugin/world/saved_file.h"
 
-#include <BulletWorldImporter/btMultiBodyWorldImporter.h>
 #include <gtest/gtest.h>
 
 #include <functional>
@@ -21,26 +20,6 @@ namespace
 {
 constexpr int kSaves = 5, kStepsPerSave = 8, kStepsSaved = 20;
 constexpr unsigned kHeapSeed = 36;
-
-std::vector<char> saveFile(SavedWorld& saved)
-{
-    btDefaultSerializer serializer;
-    serializer.setSerializationFlags(serializer.getSerializationFlags() | BT_SERIALIZE_CONTACT_MANIFOLDS);
-    saved.world.serialize(&serializer);
-    const auto* data = reinterpret_cast<const char*>(serializer.getBufferPointer());
-    return std::vector<char>(data, data + serializer.getCurrentBufferSize());
-}
-
-/// @param file the importer writes into it
-void restoreFile(SavedWorld& saved, std::vector<char> file)
-{
-    btMultiBodyWorldImporter importer(&saved.world);
-    importer.setImporterFlags(eRESTORE_EXISTING_OBJECTS);
-    ASSERT_TRUE(importer.loadFileFromMemory(file.data(), static_cast<int>(file.size())));
-    // The importer sets world transforms only.
-    for (const auto& body : saved.bodies)
-        body->setCenterOfMassTransform(body->getWorldTransform());
-}
 
 using Build = std::function<void(SavedWorld&)>;
 
