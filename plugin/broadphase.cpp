@@ -74,6 +74,7 @@ struct Broadphase::Parts
     PairSync pairSync;
     GhostPairs ghosts;
     BackendChooser chooser;
+    std::uint64_t formerTreeBuilds = 0, formerTreeSyncs = 0;  ///< of indices before resetPool()
 };
 
 namespace
@@ -231,6 +232,8 @@ void Broadphase::resetPool(btDispatcher* /*dispatcher*/)
     if (m->store.table().liveCount() != 0)
         return;
     auto index = std::make_unique<QueryIndex>(m->store.table());
+    m->formerTreeBuilds += m->index->buildsTotal();
+    m->formerTreeSyncs += m->index->syncsTotal();
     m->store.reset();
     m->index = std::move(index);
     m->pairSync.skipChanges();
@@ -257,8 +260,8 @@ BroadphaseStats Broadphase::stats() const
     stats.bodies = m->store.table().liveCount();
     stats.ghosts = m->ghosts.count();
     stats.invalidBoxesTotal = m->store.invalidBoxesTotal();
-    stats.queryTreeBuildsTotal = m->index->buildsTotal();
-    stats.queryTreeSyncsTotal = m->index->syncsTotal();
+    stats.queryTreeBuildsTotal = m->formerTreeBuilds + m->index->buildsTotal();
+    stats.queryTreeSyncsTotal = m->formerTreeSyncs + m->index->syncsTotal();
     stats.bytes = m->store.bytes() + m->ghosts.bytes() + m->index->bytes();
     m->pairSync.addTo(stats);
     return stats;

@@ -113,5 +113,25 @@ TEST(BroadphaseReset, UsesFlatArraysAgainWhenTheNextLevelIsSmall)
     EXPECT_STREQ(broadphase.stats().backend.path, "flat restart");
     EXPECT_EQ(broadphase.stats().backend.rebuildsTotal, rebuilds) << "a total";
 }
+
+TEST(BroadphaseReset, KeepsTotalsOfQueries)
+{
+    Broadphase broadphase;
+    Line line(broadphase);
+    line.addUpTo(kBodiesBefore);
+    broadphase.calculateOverlappingPairs(nullptr);
+    for (int query = 0; query < 200; ++query)
+        boxHits(broadphase, vec(0, 0, 0), vec(1, 1, 1));
+    line.shift(0, 0.1);
+    for (int query = 0; query < 200; ++query)
+        boxHits(broadphase, vec(0, 0, 0), vec(1, 1, 1));
+    const BroadphaseStats before = broadphase.stats();
+    ASSERT_GT(before.queryTreeBuildsTotal, 0u);
+    ASSERT_GT(before.queryTreeSyncsTotal, 0u);
+    line.destroy();
+    broadphase.resetPool(nullptr);
+    EXPECT_EQ(broadphase.stats().queryTreeBuildsTotal, before.queryTreeBuildsTotal);
+    EXPECT_EQ(broadphase.stats().queryTreeSyncsTotal, before.queryTreeSyncsTotal);
+}
 }  // namespace
 }  // namespace cullet::test
