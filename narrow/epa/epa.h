@@ -51,12 +51,8 @@ public:
     PenetrationResult<S> run()
     {
         m_result.state = enclose();
-        if (m_result.state != GjkState::Overlapping)
-            return m_result;
-        if (m_seed.complete())
-            enlarge();
-        else
-            finishFlat(m_seed.normal());
+        if (m_result.state == GjkState::Overlapping)
+            measure();
         if (!isFinite())
             m_result = PenetrationResult<S>();
         return m_result;
@@ -120,8 +116,18 @@ private:
 
     double size() const { return std::sqrt(m_search.size2()); }
 
-    /// A double may be too large for S. pointB depends on all other numbers of the result.
-    bool isFinite() const { return m_result.pointB.allFinite(); }
+    /// An infinite support seems to prove anything. A double may be too large for S; pointB depends on all other numbers
+    /// of the result.
+    bool isFinite() const { return m_search.isFinite() && m_result.pointB.allFinite(); }
+
+    /// Finds the depth from the simplex that contains the origin.
+    void measure()
+    {
+        if (m_seed.complete())
+            enlarge();
+        else
+            finishFlat(m_seed.normal());
+    }
 
     /// Finds the depth from the tetrahedron: by expansion with or without a corner, with more capacity, or exactly.
     void enlarge()
@@ -244,6 +250,8 @@ private:
             const Support s =
                 m_isFromCache ? m_search.supportAgainst(-face.scaledNormal, corner.vertexA, corner.vertexB)
                               : m_search.supportAgainst(-face.scaledNormal);
+            if (!m_search.isFinite())
+                return false;
             const double gap = face.scaledNormal.dot(s.w) / face.length - face.distance;
             // The origin is beyond a face of the cached surface, but perhaps not of A - B. A NaN makes the comparison
             // false.
