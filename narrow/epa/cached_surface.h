@@ -19,7 +19,8 @@
 /// Conversions from a polytope to an EpaCache and from support points to a polytope.
 namespace cullet
 {
-/// Stores the vertices and faces of a polytope in the cache; empties the cache if there are too many.
+/// Stores the vertices and faces of a polytope in the cache; empties the cache if there are too many, or if one is a
+/// vertex of a hull whose id the cache cannot store.
 ///
 /// @param supports of the polytope's vertices
 template <class S, class Supports>
@@ -40,7 +41,10 @@ void rememberSurface(const Polytope& polytope, const Supports& supports, EpaCach
                 continue;
             places[v] = static_cast<std::int16_t>(count);
             memory.verticesA[count] = narrowId<S>(supports[v].vertexA);
-            memory.verticesB[count++] = narrowId<S>(supports[v].vertexB);
+            memory.verticesB[count] = narrowId<S>(supports[v].vertexB);
+            if (std::max(memory.verticesA[count], memory.verticesB[count]) == GjkCache<S>::kUnknown)
+                return;
+            ++count;
         }
         memory.setCorners(i, places[c[0]], places[c[1]], places[c[2]]);
     }

@@ -45,7 +45,7 @@ inline DistinctVertices distinctVertices(const std::array<std::int32_t, 3>& from
     return ids;
 }
 
-/// The vertex pairs of the cached simplex, three at most.
+/// The vertex pairs of the cached simplex, three at most; none if one is a vertex whose id the cache cannot store.
 template <class S>
 VertexPairs pairsOf(const GjkCache<S>& cache)
 {
@@ -55,6 +55,11 @@ VertexPairs pairsOf(const GjkCache<S>& cache)
     {
         pairs.a[i] = cache.verticesA[i];
         pairs.b[i] = cache.verticesB[i];
+    }
+    for (std::size_t i = 0; i < static_cast<std::size_t>(pairs.count); ++i)
+    {
+        if (cache.verticesA[i] == GjkCache<S>::kUnknown || cache.verticesB[i] == GjkCache<S>::kUnknown)
+            pairs.count = 0;
     }
     return pairs;
 }

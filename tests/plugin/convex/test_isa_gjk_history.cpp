@@ -205,6 +205,30 @@ std::string nameOf(const testing::TestParamInfo<Poses::Kind>& info)
 INSTANTIATE_TEST_SUITE_P(Poses, IsaGjkHistory,
                          testing::Values(Poses::Kind::Any, Poses::Kind::Nearly, Poses::Kind::Level), nameOf);
 
+/// Hulls with vertices whose ids do not fit into a cache, without a graph.
+TEST(IsaGjkLargeHulls, GiveSameContactsForAnyHistory)
+{
+    constexpr unsigned kSeed = 7;
+    SCOPED_TRACE(kSeed);
+    Random random(kSeed);
+    ConvexBench bench;
+    const auto hull = roundHull(70000, kSeed);
+    btBoxShape box(vec(1, 0.5, 1));
+    int touching = 0;
+    for (int i = 0; i < 60; ++i)
+    {
+        ConvexPairProbe used(bench.dispatcher, *hull, box), fresh(bench.dispatcher, *hull, box);
+        const Poses poses(random, 1.0 + 0.08 * uniform(random), Poses::Kind::Any);
+        for (const btTransform& pose : poses.before)
+            queryAt(used, pose, 0.0);
+        const std::vector<double> expected = stepAt(fresh, poses.asked);
+        ASSERT_EQ(stepAt(used, poses.asked), expected) << i;
+        touching += expected.empty() ? 0 : 1;
+    }
+    EXPECT_GT(touching, 20);
+    EXPECT_GT(bench.registration->stats().depthsTotal, 100u);
+}
+
 /// The distance compared with the threshold is the final one, not the differently rounded one of a search.
 TEST(IsaGjkThreshold, GivesSameContactsWhateverWasQueriedBefore)
 {
