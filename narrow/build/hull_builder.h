@@ -59,37 +59,25 @@ public:
         return builder.m_hull.m_corners ? *builder.m_hull.m_corners : std::move(builder.m_hull);
     }
 
-    /// A hull of kind Cloud, of all points.
-    static Hull<S> buildCloud(const Vector* points, std::int32_t count)
+    /// See makeCloud().
+    static Hull<S> buildCloud(const S* coordinates, std::int32_t count, std::int32_t stride)
     {
         HullBuilder builder;
-        Hull<S>& hull = builder.m_hull;
-        if (!builder.areUsable(points, count))
-            return std::move(hull);
-        hull.m_kind = HullKind::Cloud;
-        builder.reserveVertices(static_cast<std::size_t>(count));
-        double radius2 = 0.0;
-        for (std::int32_t i = 0; i < count; ++i)
-        {
-            const Eigen::Vector3d point = usable(points[i]);
-            builder.addVertex(point, i);
-            radius2 = std::max(radius2, point.squaredNorm());
-        }
-        builder.m_radius = std::sqrt(radius2);
-        builder.finishVertices();
-        return std::move(hull);
+        builder.runCloud(coordinates, count, stride);
+        return std::move(builder.m_hull);
     }
 
 private:
     static constexpr double kLargest = 1e60, kSmallest = 1e-60;
 
     /// False if there are no points, or one is not finite; the kind of the hull then says which.
-    bool areUsable(const Vector* points, std::int32_t count)
+    template <class Point>
+    bool areUsable(const Point& point, std::int32_t count)
     {
         for (std::int32_t i = 0; i < count; ++i)
         {
             // A NaN makes the comparison false.
-            if (!(points[i].template cast<double>().array().abs() <= kLargest).all())
+            if (!(point(i).template cast<double>().array().abs() <= kLargest).all())
             {
                 m_hull.m_kind = HullKind::NotFinite;
                 return false;
@@ -104,9 +92,40 @@ private:
         return (given.array().abs() < kSmallest).select(0.0, given);
     }
 
+    void runCloud(const S* coordinates, std::int32_t count, std::int32_t stride)
+    {
+        const auto point = [coordinates, stride](std::int32_t i) -> Vector
+        { return Eigen::Map<const Vector>(coordinates + std::ptrdiff_t(i) * stride); };
+        if (!areUsable(point, count))
+            return;
+        m_hull.m_kind = HullKind::Cloud;
+        const std::size_t size = static_cast<std::size_t>(count);
+        for (std::vector<S>* axis : {&m_hull.m_x, &m_hull.m_y, &m_hull.m_z})
+        {
+            axis->reserve(paddedCount(size));
+            axis->resize(size);
+        }
+        m_hull.m_lanes.resize(size);
+        double radius2 = 0.0;
+        for (std::int32_t i = 0; i < count; ++i)
+        {
+            const Eigen::Vector3d used = usable(point(i));
+            m_hull.m_x[i] = static_cast<S>(used[0]);
+            m_hull.m_y[i] = static_cast<S>(used[1]);
+            m_hull.m_z[i] = static_cast<S>(used[2]);
+            m_hull.m_lanes[i] = lanesOf(used);
+            m_hull.m_centre += used;
+            radius2 = std::max(radius2, used.squaredNorm());
+        }
+        m_radius = std::sqrt(radius2);
+        finishVertices();
+        if (count > Hull<S>::kMostInOneScan)
+            m_hull.m_pointBlocks = PointBlocks<S>(m_hull.lanes(0), count);
+    }
+
     void run(const Vector* points, std::int32_t count)
     {
-        if (!areUsable(points, count))
+        if (!areUsable([points](std::int32_t i) { return points[i]; }, count))
             return;
         removeDuplicates(points, count);
         std::array<std::int32_t, 4> seed = {};
@@ -341,10 +360,12 @@ private:
         finishVertices();
     }
 
+    static std::size_t paddedCount(std::size_t count) { return (count + 7) / 8 * 8; }
+
     void reserveVertices(std::size_t count)
     {
         for (std::vector<S>* axis : {&m_hull.m_x, &m_hull.m_y, &m_hull.m_z})
-            axis->reserve((count + 7) / 8 * 8);
+            axis->reserve(paddedCount(count));
         m_hull.m_lanes.reserve(count);
         m_hull.m_source.reserve(count);
     }
@@ -368,7 +389,7 @@ private:
         m_hull.m_radius = m_radius;
         m_hull.m_isCentred = m_hull.m_centre.norm() <= 0.1 * m_hull.m_radius;
         m_hull.m_reach = static_cast<S>(m_hull.m_radius * (1.0 + 2.0 * std::numeric_limits<S>::epsilon()));
-        const std::size_t padded = (m_hull.m_x.size() + 7) / 8 * 8;
+        const std::size_t padded = paddedCount(m_hull.m_x.size());
         m_hull.m_x.resize(padded, m_hull.m_x[0]);
         m_hull.m_y.resize(padded, m_hull.m_y[0]);
         m_hull.m_z.resize(padded, m_hull.m_z[0]);
@@ -448,10 +469,19 @@ Hull<S> makeHull(const Eigen::Matrix<S, 3, 1>* points, std::int32_t count, HullE
 
 /// Points as a hull for support searches only, by scans: the support is as far along a direction as that of
 /// makeHull(points), up to rounding. Cost: O(n), 20 ns per point.
+///
+/// @param coordinates [count * stride] a point starts at every stride, in scalars
+template <class S>
+Hull<S> makeCloud(const S* coordinates, std::int32_t count, std::int32_t stride)
+{
+    return HullBuilder<S>::buildCloud(coordinates, count, stride);
+}
+
 template <class S>
 Hull<S> makeCloud(const std::vector<Eigen::Matrix<S, 3, 1>>& points)
 {
-    return HullBuilder<S>::buildCloud(points.data(), static_cast<std::int32_t>(points.size()));
+    const S* const first = points.empty() ? nullptr : points.front().data();
+    return makeCloud(first, static_cast<std::int32_t>(points.size()), 3);
 }
 
 /// makeHull(points).corners(), at half the cost if some points on the surface are no corners.

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "cullet/narrow/gjk/vertex_pairs.h"
+#include "cullet/narrow/hull/block_scan.h"
 #include "cullet/narrow/hull/posed_hull.h"
 #include "cullet/narrow/hull/vertex_fan.h"
 
@@ -389,17 +390,21 @@ private:
     {
         const Vector first = side.point(vertex);
         std::int32_t other = -1;
+        const Vector direction = (ccwNormal.dot(m_about) < 0.0) == isOfA ? Vector(-ccwNormal) : ccwNormal;
+        const double level = kPlane * m_size;
+        const bool isGraph = side.hull().hasNeighbours();
         const auto consider = [&](std::int32_t end)
         {
-            other = end != vertex && std::abs(ccwNormal.dot(side.point(end) - first)) <= kPlane * m_size
-                        ? end
-                        : other;
+            const bool isLevel = end != vertex && std::abs(ccwNormal.dot(side.point(end) - first)) <= level;
+            // The last one; points of a hull without a graph come in any order.
+            other = isLevel && (isGraph || end > other) ? end : other;
+            return true;
         };
-        allOfNeighbours(side.hull(), vertex, [&](std::int32_t end) { return consider(end), true; });
+        allOfNeighbours<S>(side.hull(), vertex, side.basis.transpose() * direction, kSlope, 2.0 * level,
+                           consider);
         if (other < 0)
             return false;
         edge = {std::min(vertex, other), std::max(vertex, other)};
-        const Vector direction = (ccwNormal.dot(m_about) < 0.0) == isOfA ? Vector(-ccwNormal) : ccwNormal;
         return isStrictSupport(side, vertex, other, direction) &&
                isStrictSupport(side, other, vertex, direction);
     }
@@ -442,23 +447,6 @@ private:
 
     // Supports
 
-    /// Whether visit(neighbour) is true for all neighbours of a vertex, or for all vertices of a hull without a graph.
-    template <class Visit>
-    static bool allOfNeighbours(const Hull<S>& hull, std::int32_t vertex, const Visit& visit)
-    {
-        if (hull.hasNeighbours())
-        {
-            const Corners neighbours = hull.naturalNeighbours(vertex);
-            return std::all_of(neighbours.begin(), neighbours.end(), visit);
-        }
-        for (std::int32_t i = 0; i < hull.vertexCount(); ++i)
-        {
-            if (!visit(i))
-                return false;
-        }
-        return true;
-    }
-
     /// Whether all neighbours of a vertex, except one or two, are strictly behind it along a direction.
     static bool isStrictSupport(const Side& side, std::int32_t vertex, std::int32_t but,
                                 const Vector& direction, std::int32_t alsoExcept = -1)
@@ -469,14 +457,14 @@ private:
             return true;
         const Vector local = side.basis.transpose() * direction, from = localPoint(side, vertex);
         const double slope2 = kSlope * kSlope * local.squaredNorm();
-        return allOfNeighbours(side.hull(), vertex,
-                               [&](std::int32_t other)
-                               {
-                                   const Vector way = localPoint(side, other) - from;
-                                   const double rise = local.dot(way);
-                                   return other == vertex || other == but || other == alsoExcept ||
-                                          (rise < 0.0 && rise * rise > slope2 * way.squaredNorm());
-                               });
+        const auto isBehind = [&](std::int32_t other)
+        {
+            const Vector way = localPoint(side, other) - from;
+            const double rise = local.dot(way);
+            return other == vertex || other == but || other == alsoExcept ||
+                   (rise < 0.0 && rise * rise > slope2 * way.squaredNorm());
+        };
+        return allOfNeighbours<S>(side.hull(), vertex, local, kSlope, 0.0, isBehind);
     }
 
     static Vector localPoint(const Side& side, std::int32_t vertex)

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "cullet/narrow/hull/dk_hierarchy.h"
+#include "cullet/narrow/hull/point_blocks.h"
 #include "cullet/narrow/math/debug_containers.h"
 
 #include <Eigen/Core>
@@ -111,7 +112,10 @@ public:
     const S* lanes(std::int32_t i) const { return m_lanes[i].of.data(); }
 
     /// Index among the given points (the first of several equal ones).
-    std::int32_t sourceIndex(std::int32_t vertex) const { return m_source[vertex]; }
+    std::int32_t sourceIndex(std::int32_t vertex) const
+    {
+        return m_source.empty() ? vertex : m_source[vertex];
+    }
 
     /// The hull of the corners alone: exactly the same body, with fewer vertices to search; this hull if all vertices
     /// are corners. Its support points are support points of all given points, up to rounding.
@@ -141,6 +145,11 @@ public:
     std::int32_t blockCount() const { return m_blockCount; }
     /// The first block of vertex i is block i.
     const Block& block(std::int32_t i) const { return m_blocks[i]; }
+
+    /// Of a Cloud of more than kMostInOneScan points; else empty.
+    const PointBlocks<S>& pointBlocks() const { return m_pointBlocks; }
+    /// Up to this many points a scan of all is fast enough.
+    static constexpr std::int32_t kMostInOneScan = 4096;
 
     /// Built only with HullExtra::Hierarchy.
     const DkHierarchy& hierarchy() const { return m_hierarchy; }
@@ -200,9 +209,10 @@ private:
     std::int32_t m_blockCount = 0;
     std::vector<S> m_x, m_y, m_z;
     std::vector<FourLanes> m_lanes;
-    std::vector<std::int32_t> m_source;
+    std::vector<std::int32_t> m_source;  ///< empty: vertex i is point i
     std::vector<std::int32_t> m_neighbours, m_neighbourBegin, m_naturalEnd, m_opposite;
     std::vector<Block> m_blocks;
+    PointBlocks<S> m_pointBlocks;
     DkHierarchy m_hierarchy;
     std::shared_ptr<const Hull> m_corners;  ///< null if all vertices are corners
     std::vector<Face> m_faces;

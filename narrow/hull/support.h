@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include "cullet/narrow/hull/block_scan.h"
 #include "cullet/narrow/hull/cube_map.h"
 #include "cullet/narrow/hull/hull.h"
 #include "cullet/narrow/hull/linear_scan.h"
@@ -219,9 +220,20 @@ template <class S>
     return hull.vertexCount() > 8 ? hitVectors<2 * kHalf>(hull, d) : hitVectors<kHalf>(hull, d);
 }
 
+/// Scan of the points in PointBlocks.
+template <class S>
+SupportHit<S> hitBlocks(const Hull<S>& hull, const Eigen::Matrix<S, 3, 1>& d)
+{
+    const std::int32_t vertex = BlockScan<S>(hull.pointBlocks(), d).highest();
+    return {vertex, supportProduct(hull, vertex, d)};
+}
+
+/// Scan of all vertices.
 template <class S>
 SupportHit<S> hitLinear(const Hull<S>& hull, const Eigen::Matrix<S, 3, 1>& d)
 {
+    if (!hull.pointBlocks().isEmpty())
+        return hitBlocks(hull, d);
 #ifdef __SSE2__
     if constexpr (std::is_same_v<S, float>)
     {

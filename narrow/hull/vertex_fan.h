@@ -40,7 +40,7 @@ struct ClearFace
 ///
 /// @param corners in any order
 /// @param face    [out] valid if true is returned
-/// Cost: O(n), one product per point.
+/// Cost: O(n), one product per point, or per block of points.
 template <class S>
 bool findClearFace(const Hull<S>& cloud, std::array<std::int32_t, 3> corners, ClearFace& face)
 {
@@ -67,15 +67,21 @@ bool findClearFace(const Hull<S>& cloud, std::array<std::int32_t, 3> corners, Cl
     // First a conservative bound for all points, which vectorises.
     const typename Hull<S>::Vector n = face.normal.template cast<S>();
     const S low = static_cast<S>(height - level * (1.0 + 2.0 * cloud.radius() / least));
+    const auto isClear = [&](std::int32_t i)
+    {
+        const Vector p = point(i);
+        const double below = height - face.normal.dot(p);
+        return below > level * (1.0 + (p - a).norm() / least) ||
+               std::find(corners.begin(), corners.end(), i) != corners.end();
+    };
+    if (!cloud.pointBlocks().isEmpty())
+        return BlockScan<S>(cloud.pointBlocks(), n).allAbove(low, isClear);
     std::int32_t count = 0;
     for (std::int32_t i = 0; i < cloud.vertexCount(); ++i)
         count += cloud.x()[i] * n[0] + cloud.y()[i] * n[1] + cloud.z()[i] * n[2] > low ? 1 : 0;
     for (std::int32_t i = 0; count > 3 && i < cloud.vertexCount(); ++i)
     {
-        const Vector p = point(i);
-        const double below = height - face.normal.dot(p);
-        const bool isClear = below > level * (1.0 + (p - a).norm() / least);
-        if (!isClear && std::find(corners.begin(), corners.end(), i) == corners.end())
+        if (!isClear(i))
             return false;
     }
     return true;
