@@ -141,13 +141,25 @@ struct ConvexCores
     /// Whether a hull has points only, and no graph.
     bool hasCloud() const { return isCloud(a) || isCloud(b); }
 
+    /// Whether buildGraphs() may build any.
+    bool mayBuildGraphs(const ConvexPair& pair, const HullUse (&hulls)[2]) const
+    {
+        return (isCloud(a) && hulls[0].mayBuild(a->hull())) ||
+               (isCloud(b) && hulls[pair.sharesHullShape() ? 0 : 1].mayBuild(b->hull()));
+    }
+
+    void forgetFans()
+    {
+        fanA.reset();
+        fanB.reset();
+    }
+
     /// Builds the faces of hulls, which some contacts need; see HullCache::graphOf().
     ///
     /// @return false if out of memory
     bool buildGraphs(const ConvexPair& pair, HullUse (&hulls)[2], std::uint64_t pass)
     {
-        fanA.reset();
-        fanB.reset();
+        forgetFans();
         return buildGraph(pair.a, hulls[0], pass, a) &&
                buildGraph(pair.b, hulls[pair.sharesHullShape() ? 0 : 1], pass, b);
     }

@@ -403,8 +403,8 @@ GjkState IsaGjkAlgorithm::search(const ConvexPair& pair, ConvexCores& cores, btS
             found = measure(cores, limit, paddedLimit, m_cache, isPersistentPair ? &m_epaCache : nullptr,
                             touch, m_isaGjk.counters().exact);
         m_isSettled = found.isSettled;
-        const bool isDone =
-            m_isSettled && (!mayBuild || found.state == GjkState::Separated || findsFaces(cores, touch));
+        const bool isDone = m_isSettled && (!mayBuild || found.state == GjkState::Separated ||
+                                            findsFaces(cores, touch) || !cores.mayBuildGraphs(pair, m_hulls));
         if (isDone && mayBuild && found.state != GjkState::Separated)
             countContact();
         if (isDone || (isColdStart && !mayBuild))
@@ -417,11 +417,15 @@ GjkState IsaGjkAlgorithm::search(const ConvexPair& pair, ConvexCores& cores, btS
     }
 }
 
-/// Whether a patch can be made from the faces around the support vertices of hulls without graphs.
+/// Whether a patch can be made from the faces around the support vertices of hulls without graphs. If not, the faces
+/// that were found are forgotten.
 bool IsaGjkAlgorithm::findsFaces(ConvexCores& cores, const Touch& touch) const
 {
-    return m_closestOnly || m_isaGjk.options().patchPoints == 1 ||
-           cores.findFans(touch.normal, touch.vertexA, touch.vertexB);
+    if (m_closestOnly || m_isaGjk.options().patchPoints == 1 ||
+        cores.findFans(touch.normal, touch.vertexA, touch.vertexB))
+        return true;
+    cores.forgetFans();
+    return false;
 }
 
 void IsaGjkAlgorithm::countContact() noexcept

@@ -41,22 +41,25 @@ std::uint64_t hashOf(const void* data, std::size_t bytes)
 }  // namespace
 
 HullContents::HullContents(const btConvexHullShape& shape)
+    : m_pointCount(static_cast<std::size_t>(shape.getNumPoints()))
 {
-    const std::size_t bytes = byteCount(shape);
-    if (bytes == 0)
+    if (m_pointCount == 0)
         return;
-    const btScalar* first = shape.getUnscaledPoints()->m_floats;
-    m_points.assign(first, first + bytes / sizeof(btScalar));
-    m_cloud = makeCloud(xyzPoints());
+    const btScalar* const first = shape.getUnscaledPoints()->m_floats;
+    m_cloud = makeCloud(first, shape.getNumPoints(), static_cast<std::int32_t>(kScalarsPerPoint));
+    const std::size_t bytes = byteCount(shape);
+    if (m_cloud.vertexCount() == 0 || !areEqualBytes(m_cloud.lanes(0), first, bytes))
+        m_points.assign(first, first + bytes / sizeof(btScalar));
 }
 
 std::vector<Eigen::Matrix<btScalar, 3, 1>> HullContents::xyzPoints() const
 {
-    std::vector<Eigen::Matrix<btScalar, 3, 1>> points;
-    points.reserve(pointCount());
-    for (std::size_t i = 0; i < m_points.size(); i += kScalarsPerPoint)
-        points.emplace_back(m_points[i], m_points[i + 1], m_points[i + 2]);
-    return points;
+    std::vector<Eigen::Matrix<btScalar, 3, 1>> xyz;
+    xyz.reserve(m_pointCount);
+    const btScalar* const first = points();
+    for (std::size_t i = 0; i < m_pointCount * kScalarsPerPoint; i += kScalarsPerPoint)
+        xyz.emplace_back(first[i], first[i + 1], first[i + 2]);
+    return xyz;
 }
 
 const Hull<btScalar>& HullContents::graph(bool& isFirst)

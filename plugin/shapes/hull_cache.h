@@ -30,15 +30,14 @@ public:
     /// Compares bit by bit. Cost: one pass over the points, a nanosecond for three to ten points.
     bool equals(const btConvexHullShape& shape) const noexcept
     {
-        const auto count = static_cast<std::size_t>(shape.getNumPoints());
-        if (count == 0)
-            return m_points.empty();  // Bullet returns no valid address for 0 points
-        return count * kScalarsPerPoint == m_points.size() &&
-               areEqualBytes(m_points.data(), shape.getUnscaledPoints(), count * sizeof(btVector3));
+        // Bullet returns no valid address for 0 points.
+        return static_cast<std::size_t>(shape.getNumPoints()) == m_pointCount &&
+               (m_pointCount == 0 ||
+                areEqualBytes(points(), shape.getUnscaledPoints(), m_pointCount * sizeof(btVector3)));
     }
     /// The points without a graph, for support searches.
     const Hull<btScalar>& cloud() const noexcept { return m_cloud; }
-    std::size_t pointCount() const noexcept { return m_points.size() / kScalarsPerPoint; }
+    std::size_t pointCount() const noexcept { return m_pointCount; }
     /// The graph. The first call builds it; concurrent calls wait for it.
     ///
     /// @param isFirst [out] true if this call has built it
@@ -47,10 +46,13 @@ public:
 private:
     static constexpr std::size_t kScalarsPerPoint = sizeof(btVector3) / sizeof(btScalar);
 
+    /// The points as in the shape, including the unused fourth component.
+    const btScalar* points() const noexcept { return m_points.empty() ? m_cloud.lanes(0) : m_points.data(); }
     std::vector<Eigen::Matrix<btScalar, 3, 1>> xyzPoints() const;
 
-    std::vector<btScalar> m_points;  ///< as in the shape, including the unused fourth component
+    std::size_t m_pointCount;
     Hull<btScalar> m_cloud;
+    std::vector<btScalar> m_points;  ///< empty if the cloud's lanes have the same bits
     std::once_flag m_isBuilt;
     Hull<btScalar> m_graph;
 };
@@ -143,6 +145,13 @@ public:
                    : hull;
     }
 
+    /// Whether a record without a graph may get one.
+    static bool mayBuild(const HullRecord& record, const Hull<btScalar>& cloud)
+    {
+        return !record.isDeforming.load(std::memory_order_acquire) &&
+               (cloud.vertexCount() <= kMostBuilt || record.isPinned.load(std::memory_order_acquire));
+    }
+
     /// Counts a contact of a record without a graph, and builds the graph when contacts have cost as much.
     void countContact(HullRecord& record) noexcept;
 
@@ -161,11 +170,6 @@ private:
 
     HullCache() = default;
 
-    static bool mayBuild(const HullRecord& record, const Hull<btScalar>& cloud)
-    {
-        return !record.isDeforming.load(std::memory_order_acquire) &&
-               (cloud.vertexCount() <= kMostBuilt || record.isPinned.load(std::memory_order_acquire));
-    }
     static void forgetGraph(HullRecord& record) noexcept;
     const Hull<btScalar>* build(HullRecord& record) noexcept;
     static bool reachesBuildCost(HullRecord& record, const Hull<btScalar>& cloud,
@@ -206,6 +210,12 @@ public:
     const Hull<btScalar>* graphOf(const btConvexHullShape& shape, std::uint64_t pass) noexcept
     {
         return uses(shape) ? HullCache::graphOf(*m_record, shape, pass) : nullptr;
+    }
+
+    /// See HullCache::mayBuild(), for the shape of the last call.
+    bool mayBuild(const Hull<btScalar>& cloud) const
+    {
+        return m_record != nullptr && HullCache::mayBuild(*m_record, cloud);
     }
 
     /// See HullCache::countContact(), for the shape of the last call.
