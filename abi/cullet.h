@@ -208,7 +208,7 @@ typedef struct cullet_box_set_options
     uint32_t size;   /**< sizeof(cullet_box_set_options) */
     int32_t backend; /**< CULLET_BACKEND_AUTO is the grid */
     int32_t threads; /**< for updates; 0: as many as the machine has */
-    float margin;    /**< >= 0 and finite: a pair is removed when the boxes, each grown by it, no longer overlap */
+    float margin;    /**< finite, >= 0: a pair leaves when the boxes, each grown by it, no longer overlap */
 } cullet_box_set_options;
 
 /** Ids of two boxes, first < second. */
