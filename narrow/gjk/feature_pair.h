@@ -86,8 +86,8 @@ public:
 
 private:
     /// Thresholds for strictly inside, as a part of an edge or of the size, and for strictly behind, as a slope; far
-    /// more than rounding.
-    static constexpr double kInside = 1e-9, kSlope = 1e-9;
+    /// more than rounding. Expansions end before they tell apart normals that differ by less than the one for depths.
+    static constexpr double kInside = 1e-9, kSlope = 1e-9, kDeepSlope = 1e-5;
     /// Tolerance of coplanar points, times the size; some hundred roundings.
     static constexpr double kPlane = 1e-13;
     /// Squared sine below which the normal of two directions is unreliable.
@@ -448,15 +448,15 @@ private:
     // Supports
 
     /// Whether all neighbours of a vertex, except one or two, are strictly behind it along a direction.
-    static bool isStrictSupport(const Side& side, std::int32_t vertex, std::int32_t but,
-                                const Vector& direction, std::int32_t alsoExcept = -1)
+    bool isStrictSupport(const Side& side, std::int32_t vertex, std::int32_t but, const Vector& direction,
+                         std::int32_t alsoExcept = -1) const
     {
         // A height larger than the rounding of direction and products, which most vertices exceed.
         const S clear = side.shape.tieBand() + S(8) * std::numeric_limits<S>::epsilon() * side.shape.size();
-        if (but < 0 && side.shape.isStrictSupport(vertex, direction.template cast<S>(), clear))
+        if (!m_isDeep && but < 0 && side.shape.isStrictSupport(vertex, direction.template cast<S>(), clear))
             return true;
         const Vector local = side.basis.transpose() * direction, from = localPoint(side, vertex);
-        const double slope2 = kSlope * kSlope * local.squaredNorm();
+        const double slope = m_isDeep ? kDeepSlope : kSlope, slope2 = slope * slope * local.squaredNorm();
         const auto isBehind = [&](std::int32_t other)
         {
             const Vector way = localPoint(side, other) - from;
@@ -464,7 +464,7 @@ private:
             return other == vertex || other == but || other == alsoExcept ||
                    (rise < 0.0 && rise * rise > slope2 * way.squaredNorm());
         };
-        return allOfNeighbours<S>(side.hull(), vertex, local, kSlope, 0.0, isBehind);
+        return allOfNeighbours<S>(side.hull(), vertex, local, slope, 0.0, isBehind);
     }
 
     static Vector localPoint(const Side& side, std::int32_t vertex)

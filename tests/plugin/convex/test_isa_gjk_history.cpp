@@ -196,6 +196,32 @@ TEST_P(IsaGjkHistory, ChangesNoBitOfQueryOrStep)
     EXPECT_GT(bench.registration->stats().depthsTotal, 500u);
 }
 
+/// Where faces are tilted by less than an expansion tells apart, two normals have nearly the same depth.
+TEST(IsaGjkDepths, DependOnNoEarlierPoseWhenFacesAreNearlyLevel)
+{
+    constexpr unsigned kSeed = 11;
+    SCOPED_TRACE(kSeed);
+    Random random(kSeed);
+    IsaGjkOptions options;
+    options.boxBox = true;
+    ConvexBench bench(false, options);
+    btBoxShape box(vec(1, 1, 1));
+    for (int i = 0; i < 1500; ++i)
+    {
+        const double tilt = std::exp2(-24 + 8 * uniform(random));
+        ConvexPairProbe used(bench.dispatcher, box, box), fresh(bench.dispatcher, box, box);
+        btTransform pose;
+        for (int frame = 0; frame < 4; ++frame)
+        {
+            const double x = uniform(random), y = uniform(random), deep = 0.15 + 0.05 * uniform(random);
+            pose = btTransform(turn(random, tilt), vec(x, y, 2 - deep));
+            queryAt(used, pose, 0);
+        }
+        ASSERT_EQ(queryAt(used, pose, 0), queryAt(fresh, pose, 0)) << i << ", tilt " << tilt;
+    }
+    EXPECT_EQ(bench.registration->stats().depthsTotal, 1500u * 6);
+}
+
 std::string nameOf(const testing::TestParamInfo<Poses::Kind>& info)
 {
     const char* const names[] = {"Any", "Nearly", "Level"};
