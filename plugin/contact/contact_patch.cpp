@@ -357,6 +357,25 @@ btScalar clipFaces(const PatchSide& reference, const PatchSide& other, bool isAR
     return noise;
 }
 
+/// PosedHull::isStrictSupport(), with a scan of all vertices for a hull without a graph: whether the graph is built
+/// changes no bit of a patch.
+bool isStrictSupport(const PosedShape& shape, std::int32_t vertex, const PosedShape::Vector& direction,
+                     btScalar height)
+{
+    const Hull<btScalar>& hull = shape.hull();
+    if (hull.kind() != HullKind::Cloud || vertex < 0)
+        return shape.isStrictSupport(vertex, direction, height);
+    const PosedShape::Quad d =
+        shape.row(0) * direction[0] + shape.row(1) * direction[1] + shape.row(2) * direction[2];
+    const auto along = [&](std::int32_t i)
+    { return hull.x()[i] * d[0] + hull.y()[i] * d[1] + hull.z()[i] * d[2]; };
+    const btScalar low = along(vertex) - height;
+    std::int32_t count = 0;
+    for (std::int32_t i = 0; i < hull.vertexCount(); ++i)
+        count += along(i) >= low ? 1 : 0;
+    return count == 1;
+}
+
 /// Whether the touch, between two vertices, is the whole patch: along every edge from either vertex, and so in all of
 /// its hull, the distance grows beyond the limit. The vertices lie on one line along the normal, so that the prisms
 /// over their faces intersect in a cone with its tip there; the clipped cone has only the tip and points at the limit,
@@ -367,8 +386,8 @@ bool isOnlyTouch(const PosedShape& a, const PosedShape& b, const Touch& touch, d
         return false;
     const PosedShape::Vector normal = touch.normal.cast<btScalar>();
     const btScalar range = static_cast<btScalar>(limit - touch.distance);
-    return a.isStrictSupport(touch.vertexA, -normal, range) &&
-           b.isStrictSupport(touch.vertexB, normal, range);
+    return isStrictSupport(a, touch.vertexA, -normal, range) &&
+           isStrictSupport(b, touch.vertexB, normal, range);
 }
 }  // namespace
 
