@@ -23,7 +23,9 @@ MeshLimits limitsForMesh(std::uint64_t fileBytes);
 
 /// The vertices of all meshes of a file.
 ///
-/// Assimp runs in a separate process, so that neither a loop nor a crash in it affects this one.
+/// Assimp runs in a separate process, so that neither a loop nor a crash in it affects this one. Whatever the bytes of
+/// the file are, this returns or throws soon after the limit of time, and leaves no process behind. The vertices may have
+/// infinities and NaNs; reduceToHull() refuses these.
 ///
 /// @throws MeshError if the file is missing, cannot be read, or exceeds the limits
 std::vector<Point> readMeshVertices(const std::string& path, const MeshLimits& limits);
