@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include "cullet/narrow/build/morton_order.h"
 #include "cullet/narrow/build/quickhull.h"
 #include "cullet/narrow/build/surface_points.h"
 #include "cullet/narrow/hull/hull.h"
@@ -15,6 +16,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <numeric>
+#include <utility>
 #include <vector>
 
 namespace cullet
@@ -44,7 +46,9 @@ public:
     {
         storeNatural(surface, extra);
         addArtificial(outwardOf(surface, extra));
-        storeBlocks();
+        storeBlocks(
+            m_hull, [this](std::int32_t v) { return m_hull.neighbours(v); },
+            [this](std::int32_t v) { return m_hull.lanes(v); });
         if (m_hull.m_vertexCount > kMaxWithoutTable)
             storeStartTable();
     }
@@ -112,26 +116,77 @@ private:
     /// Adds artificial neighbours, which are found by climbing over the natural ones.
     void addArtificial(const std::vector<Eigen::Vector3d>& outward)
     {
-        constexpr std::size_t kUsual = 10;
+        const MortonOrder order(verticesInDouble());
+        if (m_hull.vertexCount() > kMaxScanned)
+        {
+            if (m_areAllCorners)
+                storeNear(order);
+            findAnswers();
+        }
+        const std::size_t count = static_cast<std::size_t>(m_hull.m_vertexCount);
+        std::vector<std::int32_t> found;
+        std::vector<FoundSpan> spans(count);
+        found.reserve(3 * count);
+        m_hull.m_opposite.resize(count);
+        for (const std::int32_t v : order.points())
+        {
+            spans[v].begin = static_cast<std::int32_t>(found.size());
+            findArtificialNeighbours(v, outward[v], found);
+            spans[v].end = static_cast<std::int32_t>(found.size());
+        }
+        storeArtificial(found, spans);
+    }
+
+    /// The artificial neighbours of a vertex in a list of all.
+    struct FoundSpan
+    {
+        std::int32_t begin, end;
+    };
+
+    /// Stores the artificial neighbours behind the natural ones.
+    void storeArtificial(const std::vector<std::int32_t>& found, const std::vector<FoundSpan>& spans)
+    {
         std::vector<std::int32_t> all, begin, naturalEnd;
-        all.reserve(kUsual * static_cast<std::size_t>(m_hull.m_vertexCount));
+        all.reserve(m_hull.m_neighbours.size() + found.size());
         begin.reserve(m_hull.m_neighbourBegin.size());
         naturalEnd.reserve(m_hull.m_naturalEnd.size());
-        m_hull.m_opposite.reserve(m_hull.m_naturalEnd.size());
-        if (m_hull.vertexCount() > kMaxScanned)
-            findAnswers();
         for (std::int32_t v = 0; v < m_hull.m_vertexCount; ++v)
         {
             const typename Hull<S>::Span natural = m_hull.naturalNeighbours(v);
             begin.push_back(static_cast<std::int32_t>(all.size()));
             all.insert(all.end(), natural.begin(), natural.end());
             naturalEnd.push_back(static_cast<std::int32_t>(all.size()));
-            addArtificialNeighbours(v, outward[v], all);
+            all.insert(all.end(), found.begin() + spans[v].begin, found.begin() + spans[v].end);
         }
         begin.push_back(static_cast<std::int32_t>(all.size()));
         m_hull.m_neighbours.swap(all);
         m_hull.m_neighbourBegin.swap(begin);
         m_hull.m_naturalEnd.swap(naturalEnd);
+    }
+
+    std::vector<Eigen::Vector3d> verticesInDouble() const
+    {
+        std::vector<Eigen::Vector3d> vertices;
+        vertices.reserve(static_cast<std::size_t>(m_hull.m_vertexCount));
+        for (std::int32_t v = 0; v < m_hull.m_vertexCount; ++v)
+            vertices.push_back(m_hull.vertex(v).template cast<double>());
+        return vertices;
+    }
+
+    /// Copies vertices and natural neighbours in an order in which climbs from near directions read near memory.
+    void storeNear(const MortonOrder& order)
+    {
+        m_near.m_vertexCount = m_hull.m_vertexCount;
+        m_vertexAt = order.points();
+        std::vector<std::int32_t> places;
+        const auto listOf = [&](std::int32_t place) -> typename Hull<S>::Span
+        {
+            places.clear();
+            for (const std::int32_t neighbour : m_hull.naturalNeighbours(m_vertexAt[place]))
+                places.push_back(order.placeOf(neighbour));
+            return {places.data(), places.data() + places.size()};
+        };
+        storeBlocks(m_near, listOf, [this](std::int32_t place) { return m_hull.lanes(m_vertexAt[place]); });
     }
 
     /// The support vertex; a climb takes few steps, since it starts from the answer for a similar direction.
@@ -141,9 +196,10 @@ private:
             return hitLinear(m_hull, direction).vertex;
         std::int32_t& answer = m_answers[static_cast<std::size_t>(cubeCell(direction, m_cells))];
         answer = climb(direction, answer);
-        return answer;
+        return m_areAllCorners ? m_vertexAt[answer] : answer;
     }
 
+    /// From and to a vertex, or a place of it in m_near.
     std::int32_t climb(const Vector& direction, std::int32_t start) const
     {
         return m_areAllCorners ? climbCorners(direction, start)
@@ -168,30 +224,28 @@ private:
 
     /// Climbs to a local maximum: the support vertex, or a vertex level with it up to rounding, which suffices for a
     /// corner. Around vertices with very many neighbours, as the tip of a cone, the climb ends early.
-    std::int32_t climbCorners(const Vector& direction, std::int32_t vertex) const
+    ///
+    /// @param place in m_near, as the result
+    std::int32_t climbCorners(const Vector& direction, std::int32_t place) const
     {
-        S height = supportProduct(m_hull, vertex, direction);
-        std::int32_t productCount = 0;
-        for (std::int32_t before = -1; before != vertex && productCount <= kMaxProducts;)
+        const LaneDirection<S> lanes(direction);
+        for (std::int32_t productCount = 0; productCount <= kMaxProducts;)
         {
-            before = vertex;
-            const typename Hull<S>::Span neighbours = m_hull.naturalNeighbours(before);
-            productCount += neighbours.size();
-            for (const std::int32_t u : neighbours)
-            {
-                const S h = supportProduct(m_hull, u, direction);
-                vertex = h > height ? u : vertex;
-                height = std::max(h, height);
-            }
+            const ClimbStep<S> step = climbStep(m_near, place, lanes);
+            if (!(step.bestHeight > step.height))
+                return place;
+            productCount += m_hull.naturalNeighbours(m_vertexAt[place]).size();
+            place = step.best;
         }
-        return vertex;
+        return place;
     }
 
-    /// @param all ends with the natural neighbours
-    void addArtificialNeighbours(std::int32_t v, const Eigen::Vector3d& outward,
-                                 std::vector<std::int32_t>& all)
+    /// @param found [in, out] receives the artificial neighbours of the vertex
+    void findArtificialNeighbours(std::int32_t v, const Eigen::Vector3d& outward,
+                                  std::vector<std::int32_t>& found)
     {
-        const auto begin = static_cast<std::ptrdiff_t>(all.size()) - m_hull.naturalNeighbours(v).size();
+        const typename Hull<S>::Span natural = m_hull.naturalNeighbours(v);
+        const auto begin = static_cast<std::ptrdiff_t>(found.size());
         const Eigen::Vector3d normal = unitOf(outward);
         // The normals around a vertex of a very thin shape may cancel: then all directions are 0 and give vertex 0.
         const Eigen::Vector3d side = normal.isZero(0.0) ? normal : Eigen::Vector3d(normal.unitOrthogonal());
@@ -199,55 +253,63 @@ private:
         // The opposite vertex first; then, to fill the last block, the vertices far to the sides.
         const std::array<Eigen::Vector3d, 8> directions = {
             -normal, side - normal, -side - normal, front - normal, -front - normal, side, -side, front};
-        const auto isBlockFull = [&] { return (static_cast<std::ptrdiff_t>(all.size()) - begin) % 7 == 0; };
+        const auto isBlockFull = [&]
+        { return (natural.size() + static_cast<std::ptrdiff_t>(found.size()) - begin) % 7 == 0; };
+        const auto isIn = [](const auto& first, const auto& last, std::int32_t id)
+        { return std::find(first, last, id) != last; };
         for (std::size_t i = 0; i < directions.size() && (i == 0 || !isBlockFull()); ++i)
         {
             const std::int32_t far = farthest(directions[i].template cast<S>());
             if (i == 0)
-                m_hull.m_opposite.push_back(far);
-            const bool isNew = far != v && std::find(all.begin() + begin, all.end(), far) == all.end();
-            if (isNew)
-                all.push_back(far);
+                m_hull.m_opposite[v] = far;
+            if (far != v && !isIn(natural.begin(), natural.end(), far) &&
+                !isIn(found.begin() + begin, found.end(), far))
+                found.push_back(far);
         }
     }
 
-    void storeBlocks()
+    /// Stores the blocks of a hull.
+    ///
+    /// @param listOf  gives the neighbours of a vertex
+    /// @param lanesOf gives the coordinates of a vertex
+    template <class ListOf, class LanesOf>
+    static void storeBlocks(Hull<S>& hull, const ListOf& listOf, const LanesOf& lanesOf)
     {
-        // Most vertices have one block, and most of the others two.
-        m_hull.m_blocks.reserve(m_hull.m_neighbours.size() / 5);
-        m_hull.m_blocks.resize(m_hull.m_vertexCount);
-        m_hull.m_blockCount = m_hull.m_vertexCount;
-        for (std::int32_t v = 0; v < m_hull.m_vertexCount; ++v)
+        // Most vertices have one block, and some of the others two.
+        hull.m_blocks.reserve(static_cast<std::size_t>(hull.m_vertexCount) / 4 * 5 + 1);
+        hull.m_blocks.resize(hull.m_vertexCount);
+        hull.m_blockCount = hull.m_vertexCount;
+        for (std::int32_t v = 0; v < hull.m_vertexCount; ++v)
         {
-            const typename Hull<S>::Span list = m_hull.neighbours(v);
+            const typename Hull<S>::Span list = listOf(v);
             std::int32_t index = v;
             for (std::int32_t first = 0; first < list.size(); first += 7)
             {
                 const bool isLast = first + 7 >= list.size();
-                const std::int32_t next = isLast ? -1 : static_cast<std::int32_t>(m_hull.m_blocks.size());
-                m_hull.m_blocks[index] = makeBlock(v, list, first, next);
+                const std::int32_t next = isLast ? -1 : static_cast<std::int32_t>(hull.m_blocks.size());
+                fillBlock(v, list, first, next, lanesOf, hull.m_blocks[index]);
                 if (isLast)
                     break;
-                m_hull.m_blocks.emplace_back();
+                hull.m_blocks.emplace_back();
                 index = next;
             }
         }
     }
 
-    NeighbourBlock<S> makeBlock(std::int32_t v, const typename Hull<S>::Span& list, std::int32_t first,
-                                std::int32_t next) const
+    template <class LanesOf>
+    static void fillBlock(std::int32_t v, const typename Hull<S>::Span& list, std::int32_t first,
+                          std::int32_t next, const LanesOf& lanesOf, NeighbourBlock<S>& block)
     {
-        NeighbourBlock<S> block;
         for (std::int32_t lane = 0; lane < 8; ++lane)
         {
             const std::int32_t neighbour = first + lane - 1;
             const std::int32_t id = lane == 0 ? v : list[neighbour < list.size() ? neighbour : first];
+            const S* const at = lanesOf(id);
             block.id[lane] = lane == 0 ? next : id;
-            block.x[lane] = m_hull.m_x[id];
-            block.y[lane] = m_hull.m_y[id];
-            block.z[lane] = m_hull.m_z[id];
+            block.x[lane] = at[0];
+            block.y[lane] = at[1];
+            block.z[lane] = at[2];
         }
-        return block;
     }
 
     void storeStartTable()
@@ -266,6 +328,8 @@ private:
     const std::vector<std::int32_t>& m_vertexOf;
     bool m_areAllCorners;
     int m_cells;  ///< for cubeCell(); four directions per vertex, few answers per cell
-    std::vector<std::int32_t> m_answers;  ///< by cell: the last one found
+    std::vector<std::int32_t> m_answers;   ///< by cell: the last one found
+    Hull<S> m_near;                        ///< blocks of natural neighbours, for climbs over corners
+    std::vector<std::int32_t> m_vertexAt;  ///< by vertex of m_near
 };
 }  // namespace cullet

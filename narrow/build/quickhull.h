@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include "cullet/narrow/build/morton_order.h"
 #include "cullet/narrow/math/debug_containers.h"
 #include "cullet/narrow/math/exact_orientation.h"
 
@@ -12,6 +13,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <iterator>
 #include <utility>
 #include <vector>
 
@@ -35,22 +37,19 @@ public:
 
     /// @param points finite, without duplicates
     /// @param seed   indices of four points that are not coplanar
-    Quickhull(const std::vector<Eigen::Vector3d>& points, std::array<std::int32_t, 4> seed)
-        : m_points(points), m_next(points.size(), kNone), m_edgeFrom(points.size())
+    Quickhull(const std::vector<Eigen::Vector3d>& points, std::array<std::int32_t, 4> seed) : m_points(points)
     {
-        Eigen::Vector3d low = points[seed[0]], high = low;
-        for (const Eigen::Vector3d& point : points)
+        const MortonOrder order(points);
+        m_extent = order.extent();
+        storeSites(order);
+        for (std::int32_t& corner : seed)
+            corner = order.placeOf(corner);
+        start(seed, order);
+        for (m_current = 0; m_current < m_queue.size(); ++m_current)
         {
-            low = low.cwiseMin(point);
-            high = high.cwiseMax(point);
-        }
-        m_extent = high - low;
-        start(seed);
-        for (std::size_t face = 0; face < m_work.size(); ++face)
-        {
-            // A live face keeps its points until one of them replaces it by faces further down the list.
-            if (m_work[face].isAlive && m_work[face].first != kNone)
-                insertFarthest(static_cast<std::int32_t>(face));
+            // A live face keeps its points until one of them replaces it by faces further down the queue.
+            if (isLive(m_current) && m_faces[m_queue[m_current]].count > 0)
+                insertFarthest(m_queue[m_current]);
         }
         compact();
     }
@@ -65,6 +64,10 @@ public:
     {
         return static_cast<std::int32_t>(m_points.size() - m_leftOver.size());
     }
+
+    /// Whether a point was a vertex for a while, and is left over. If not, the triangles of the vertices alone are the
+    /// same ones in the same order: a point that is never inserted changes no other one's face.
+    bool hasReplacedVertices() const { return m_hasReplacedVertices; }
 
     /// Points that were compared with the plane of a facet.
     std::uint64_t testCount() const { return m_testCount; }
@@ -105,16 +108,27 @@ public:
 private:
     static constexpr std::int32_t kNone = -1;
 
-    struct Face
+    /// A point. Sites near each other in space are near each other in memory, and so are the faces that replace each
+    /// other, so that most of what an insertion reads is in a cache.
+    struct Site
     {
-        Triangle triangle;
+        Eigen::Vector3d at;
+        std::int32_t point;
+    };
+
+    /// Two cache lines. The memory of replaced faces is used again.
+    struct alignas(64) Face
+    {
         Eigen::Vector3d normal;  ///< rounded
+        Eigen::Vector3d origin;  ///< the first corner
         double bound;            ///< a rounded height larger than this has the right sign
-        double farthestHeight = 0.0;
-        // The outside set: points from which the face is visible, linked by m_next.
-        std::int32_t first = kNone, last = kNone, farthest = kNone;
-        bool isAlive = true;
-        bool isVisible = false;
+        double farthestHeight;
+        std::array<std::int32_t, 3> corner;     ///< sites
+        std::array<std::int32_t, 3> neighbour;  ///< as in Triangle
+        // The outside set: sites in m_outside from which the face is visible.
+        std::int32_t first, count, farthest;
+        std::int32_t place;  ///< in m_queue, or none
+        bool isVisible;
     };
 
     struct HorizonEdge
@@ -122,44 +136,77 @@ private:
         std::int32_t from, to, outer;
     };
 
-    /// Rounded height of a point over the plane, times the length of the normal.
-    double heightOver(const Face& face, std::int32_t point) const
+    /// A site, and the face to whose outside set it goes.
+    struct Choice
     {
-        return face.normal.dot(m_points[point] - m_points[face.triangle.vertex[0]]);
+        std::int32_t site, face;
+    };
+
+    void storeSites(const MortonOrder& order)
+    {
+        m_sites.reserve(m_points.size());
+        for (const std::int32_t point : order.points())
+            m_sites.push_back({m_points[point], point});
+        m_edgeFrom.resize(m_points.size());
+        m_outside.reserve(kOutsides * m_points.size());
+        // Twice as many faces as points, if all are vertices; memory that is not used costs nothing.
+        m_faces.reserve(2 * m_points.size() + kSpareFaces);
     }
 
-    bool sees(std::int32_t point, double height, const Face& face)
+    /// Rounded height of a point over the plane, times the length of the normal.
+    static double heightOver(const Face& face, const Site& site)
+    {
+        return face.normal.dot(site.at - face.origin);
+    }
+
+    bool sees(const Site& site, double height, const Face& face)
     {
         ++m_testCount;
         if (std::abs(height) > face.bound)
             return height > 0.0;
-        const std::array<std::int32_t, 3>& v = face.triangle.vertex;
-        return orientation(m_points[v[0]], m_points[v[1]], m_points[v[2]], m_points[point]) > 0;
+        return orientation(face.origin, m_sites[face.corner[1]].at, m_sites[face.corner[2]].at, site.at) > 0;
     }
 
-    void start(std::array<std::int32_t, 4> seed)
+    void start(std::array<std::int32_t, 4> seed, const MortonOrder& order)
     {
-        if (orientation(m_points[seed[0]], m_points[seed[1]], m_points[seed[2]], m_points[seed[3]]) > 0)
+        if (orientation(m_sites[seed[0]].at, m_sites[seed[1]].at, m_sites[seed[2]].at, m_sites[seed[3]].at) >
+            0)
             std::swap(seed[1], seed[2]);
         const auto [a, b, c, d] = seed;
-        addFace({{a, b, c}, {1, 2, 3}});
-        addFace({{b, a, d}, {0, 3, 2}});
-        addFace({{c, b, d}, {0, 1, 3}});
-        addFace({{a, c, d}, {0, 2, 1}});
-        for (std::int32_t i = 0; i < static_cast<std::int32_t>(m_points.size()); ++i)
+        m_inserted.assign(seed.begin(), seed.end());
+        addFace({a, b, c}, {1, 2, 3});
+        addFace({b, a, d}, {0, 3, 2});
+        addFace({c, b, d}, {0, 1, 3});
+        addFace({a, c, d}, {0, 2, 1});
+        m_cone = {0, 1, 2, 3};
+        std::vector<std::int32_t> sites;
+        sites.reserve(m_points.size());
+        for (std::int32_t point = 0; point < static_cast<std::int32_t>(m_points.size()); ++point)
         {
-            if (std::find(seed.begin(), seed.end(), i) == seed.end())
-                distribute(i, 0);
+            const std::int32_t site = order.placeOf(point);
+            if (std::find(seed.begin(), seed.end(), site) == seed.end())
+                sites.push_back(site);
         }
+        choose(sites.data(), sites.data() + sites.size());
+        distribute();
     }
 
-    void addFace(const Triangle& triangle)
+    /// @return its index
+    std::int32_t addFace(const std::array<std::int32_t, 3>& corner,
+                         const std::array<std::int32_t, 3>& neighbour)
     {
-        const Eigen::Vector3d& origin = m_points[triangle.vertex[0]];
-        const Eigen::Vector3d ab = m_points[triangle.vertex[1]] - origin;
-        const Eigen::Vector3d ac = m_points[triangle.vertex[2]] - origin;
-        Face face;
-        face.triangle = triangle;
+        std::int32_t index = static_cast<std::int32_t>(m_faces.size());
+        if (m_free.empty())
+            m_faces.emplace_back();
+        else
+        {
+            index = m_free.back();
+            m_free.pop_back();
+        }
+        Face& face = m_faces[index];
+        face.origin = m_sites[corner[0]].at;
+        const Eigen::Vector3d ab = m_sites[corner[1]].at - face.origin;
+        const Eigen::Vector3d ac = m_sites[corner[2]].at - face.origin;
         face.normal = ab.cross(ac);
         double permanent = 0.0;
         for (int i = 0; i < 3; ++i)
@@ -170,85 +217,144 @@ private:
         }
         // The bound of orientation(), for all points at once.
         face.bound = 1e-15 * permanent;
-        m_work.push_back(face);
+        face.farthestHeight = 0.0;
+        face.corner = corner;
+        face.neighbour = neighbour;
+        face.first = face.count = 0;
+        face.farthest = kNone;
+        face.place = static_cast<std::int32_t>(m_queue.size());
+        face.isVisible = false;
+        m_queue.push_back(index);
+        return index;
     }
 
-    /// Adds a point to the outside set of the first visible face from `firstFace` on, if there is one.
-    void distribute(std::int32_t point, std::size_t firstFace)
+    /// Chooses the first visible face of the cone for each of some sites; those that see none are left over.
+    void choose(const std::int32_t* begin, const std::int32_t* end)
     {
-        for (std::size_t i = firstFace; i < m_work.size(); ++i)
+        constexpr std::ptrdiff_t kAhead = 8;
+        for (const std::int32_t* site = begin; site != end; ++site)
         {
-            Face& face = m_work[i];
-            const double height = heightOver(face, point);
-            if (!sees(point, height, face))
-                continue;
-            append(face, point, height);
-            return;
-        }
-    }
-
-    void append(Face& face, std::int32_t point, double height)
-    {
-        m_next[point] = kNone;
-        (face.first == kNone ? face.first : m_next[face.last]) = point;
-        face.last = point;
-        if (face.farthest == kNone || height > face.farthestHeight)
-        {
-            face.farthest = point;
-            face.farthestHeight = height;
-        }
-    }
-
-    void insertFarthest(std::int32_t first)
-    {
-        const std::int32_t point = m_work[first].farthest;
-        collectVisible(first, point);
-        collectHorizon();
-        const std::int32_t firstNew = static_cast<std::int32_t>(m_work.size());
-        addCone(point, firstNew);
-        for (const std::int32_t face : m_visible)
-        {
-            m_work[face].isAlive = false;
-            for (std::int32_t orphan = m_work[face].first; orphan != kNone;)
+            __builtin_prefetch(&m_sites[end - site > kAhead ? site[kAhead] : *site]);
+            for (const std::int32_t index : m_cone)
             {
-                const std::int32_t next = m_next[orphan];
-                if (orphan != point)
-                    distribute(orphan, static_cast<std::size_t>(firstNew));
-                orphan = next;
+                Face& face = m_faces[index];
+                const double height = heightOver(face, m_sites[*site]);
+                if (!sees(m_sites[*site], height, face))
+                    continue;
+                m_chosen.push_back({*site, index});
+                ++face.count;
+                if (face.farthest == kNone || height > face.farthestHeight)
+                {
+                    face.farthest = *site;
+                    face.farthestHeight = height;
+                }
+                break;
             }
         }
     }
 
-    /// Adds the cone of faces from a point to the horizon.
-    void addCone(std::int32_t point, std::int32_t firstNew)
+    /// Stores the outside sets of the cone, each in the order of the choice.
+    void distribute()
     {
-        const std::int32_t count = static_cast<std::int32_t>(m_horizon.size());
-        for (std::int32_t i = 0; i < count; ++i)
+        if (m_outside.size() + m_chosen.size() > kOutsides * m_points.size())
+            compactOutside();
+        std::int32_t end = static_cast<std::int32_t>(m_outside.size());
+        for (const std::int32_t index : m_cone)
+        {
+            m_faces[index].first = end;
+            end += std::exchange(m_faces[index].count, 0);
+        }
+        m_outside.resize(static_cast<std::size_t>(end));
+        for (const Choice& choice : m_chosen)
+        {
+            Face& face = m_faces[choice.face];
+            m_outside[face.first + face.count++] = choice.site;
+        }
+        m_chosen.clear();
+    }
+
+    /// Lets go of the outside sets of replaced faces. Those that are left belong to faces further down the queue, and
+    /// none has a point of another.
+    void compactOutside()
+    {
+        std::vector<std::int32_t> left;
+        left.reserve(kOutsides * m_points.size());
+        for (std::size_t place = m_current + 1; place < m_queue.size() - m_cone.size(); ++place)
+        {
+            if (!isLive(place))
+                continue;
+            Face& face = m_faces[m_queue[place]];
+            const auto first = m_outside.begin() + face.first;
+            face.first = static_cast<std::int32_t>(left.size());
+            left.insert(left.end(), first, first + face.count);
+        }
+        m_outside.swap(left);
+    }
+
+    /// Whether the face that was added at a place is not replaced yet.
+    bool isLive(std::size_t place) const
+    {
+        return m_faces[m_queue[place]].place == static_cast<std::int32_t>(place);
+    }
+
+    void insertFarthest(std::int32_t first)
+    {
+        const std::int32_t apex = m_faces[first].farthest;
+        collectVisible(first, m_sites[apex]);
+        collectHorizon();
+        releaseVisible(apex);
+        m_inserted.push_back(apex);
+        addCone(apex);
+        choose(m_orphans.data(), m_orphans.data() + m_orphans.size());
+        distribute();
+    }
+
+    /// Collects the outside sets of the visible faces, and lets go of these.
+    void releaseVisible(std::int32_t apex)
+    {
+        m_orphans.clear();
+        for (const std::int32_t index : m_visible)
+        {
+            Face& face = m_faces[index];
+            face.place = kNone;
+            const auto begin = m_outside.begin() + face.first;
+            std::copy_if(begin, begin + face.count, std::back_inserter(m_orphans),
+                         [apex](std::int32_t site) { return site != apex; });
+        }
+        m_free.insert(m_free.end(), m_visible.begin(), m_visible.end());
+    }
+
+    /// Adds the cone of faces from a point to the horizon.
+    void addCone(std::int32_t apex)
+    {
+        m_cone.clear();
+        for (const HorizonEdge& edge : m_horizon)
+            m_cone.push_back(addFace({edge.from, edge.to, apex}, {edge.outer, kNone, kNone}));
+        for (std::size_t i = 0; i < m_cone.size(); ++i)
         {
             const HorizonEdge& edge = m_horizon[i];
-            const std::int32_t next = firstNew + (i + 1) % count;
-            const std::int32_t previous = firstNew + (i + count - 1) % count;
-            addFace({{edge.from, edge.to, point}, {edge.outer, next, previous}});
-            Triangle& outer = m_work[edge.outer].triangle;
+            m_faces[m_cone[i]].neighbour[1] = m_cone[i + 1 < m_cone.size() ? i + 1 : 0];
+            m_faces[m_cone[i]].neighbour[2] = m_cone[i > 0 ? i - 1 : m_cone.size() - 1];
+            Face& outer = m_faces[edge.outer];
             for (int k = 0; k < 3; ++k)
             {
-                if (outer.vertex[k] == edge.to)
-                    outer.neighbour[k] = firstNew + i;
+                if (outer.corner[k] == edge.to)
+                    outer.neighbour[k] = m_cone[i];
             }
         }
     }
 
     /// Collects the faces that are visible from a point.
-    void collectVisible(std::int32_t first, std::int32_t point)
+    void collectVisible(std::int32_t first, const Site& site)
     {
         m_visible.assign(1, first);
-        m_work[first].isVisible = true;
+        m_faces[first].isVisible = true;
         for (std::size_t i = 0; i < m_visible.size(); ++i)
         {
-            for (const std::int32_t neighbour : m_work[m_visible[i]].triangle.neighbour)
+            for (const std::int32_t neighbour : m_faces[m_visible[i]].neighbour)
             {
-                Face& face = m_work[neighbour];
-                if (face.isVisible || !sees(point, heightOver(face, point), face))
+                Face& face = m_faces[neighbour];
+                if (face.isVisible || !sees(site, heightOver(face, site), face))
                     continue;
                 face.isVisible = true;
                 m_visible.push_back(neighbour);
@@ -256,22 +362,22 @@ private:
         }
     }
 
-    /// Collects the closed walk of edges between visible and other faces, from the lowest vertex on.
+    /// Collects the closed walk of edges between visible and other faces, from the vertex of the lowest index on.
     void collectHorizon()
     {
         m_edges.clear();
         std::int32_t lowest = 0;
-        for (const std::int32_t face : m_visible)
+        for (const std::int32_t index : m_visible)
         {
-            const Triangle& t = m_work[face].triangle;
+            const Face& face = m_faces[index];
             for (int k = 0; k < 3; ++k)
             {
-                if (m_work[t.neighbour[k]].isVisible)
+                if (m_faces[face.neighbour[k]].isVisible)
                     continue;
-                const std::int32_t edge = static_cast<std::int32_t>(m_edges.size());
-                m_edges.push_back({t.vertex[k], t.vertex[(k + 1) % 3], t.neighbour[k]});
-                m_edgeFrom[t.vertex[k]] = edge;
-                lowest = t.vertex[k] < m_edges[lowest].from ? edge : lowest;
+                const std::int32_t edge = static_cast<std::int32_t>(m_edges.size()), from = face.corner[k];
+                m_edges.push_back({from, face.corner[(k + 1) % 3], face.neighbour[k]});
+                m_edgeFrom[from] = edge;
+                lowest = m_sites[from].point < m_sites[m_edges[lowest].from].point ? edge : lowest;
             }
         }
         m_horizon.assign(1, m_edges[lowest]);
@@ -279,44 +385,65 @@ private:
             m_horizon.push_back(m_edges[m_edgeFrom[m_horizon.back().to]]);
     }
 
+    /// Stores the live faces in the order in which they were added.
     void compact()
     {
-        std::vector<std::int32_t> place(m_work.size(), kNone);
-        for (std::size_t i = 0; i < m_work.size(); ++i)
-        {
-            if (!m_work[i].isAlive)
-                continue;
-            place[i] = static_cast<std::int32_t>(m_triangles.size());
-            m_triangles.push_back(m_work[i].triangle);
-        }
+        std::vector<std::int32_t> triangleOf(m_faces.size(), kNone);
+        m_triangles.reserve(m_faces.size() - m_free.size());
         // Left over are not only points from which no face was visible, but also vertices all of whose triangles were
         // replaced.
         std::vector<char> isVertex(m_points.size(), 0);
+        for (std::size_t place = 0; place < m_queue.size(); ++place)
+        {
+            if (!isLive(place))
+                continue;
+            const Face& face = m_faces[m_queue[place]];
+            triangleOf[m_queue[place]] = static_cast<std::int32_t>(m_triangles.size());
+            m_triangles.push_back({face.corner, face.neighbour});
+        }
         for (Triangle& triangle : m_triangles)
         {
             for (std::int32_t& neighbour : triangle.neighbour)
-                neighbour = place[neighbour];
-            for (const std::int32_t vertex : triangle.vertex)
+                neighbour = triangleOf[neighbour];
+            for (std::int32_t& vertex : triangle.vertex)
+            {
+                vertex = m_sites[vertex].point;
                 isVertex[vertex] = 1;
+            }
         }
         for (std::size_t i = 0; i < m_points.size(); ++i)
         {
             if (isVertex[i] == 0)
                 m_leftOver.push_back(static_cast<std::int32_t>(i));
         }
-        std::vector<Face>().swap(m_work);
-        std::vector<std::int32_t>().swap(m_next);
-        std::vector<std::int32_t>().swap(m_edgeFrom);
+        m_hasReplacedVertices =
+            std::any_of(m_inserted.begin(), m_inserted.end(),
+                        [&](std::int32_t site) { return isVertex[m_sites[site].point] == 0; });
+        std::vector<Face>().swap(m_faces);
+        std::vector<Site>().swap(m_sites);
+        for (std::vector<std::int32_t>* list : {&m_edgeFrom, &m_queue, &m_free, &m_outside, &m_inserted})
+            std::vector<std::int32_t>().swap(*list);
     }
+
+    static constexpr std::size_t kSpareFaces = 64;
+    /// Outside sets that are stored, replaced ones included, in sites per point.
+    static constexpr std::size_t kOutsides = 4;
 
     const std::vector<Eigen::Vector3d>& m_points;
     Eigen::Vector3d m_extent;  ///< of the box around all points
-    std::vector<Face> m_work;
-    std::vector<std::int32_t> m_next;      ///< by point
-    std::vector<std::int32_t> m_edgeFrom;  ///< by point: the last edge of a horizon that started there
-    std::vector<std::int32_t> m_visible;
+    std::vector<Site> m_sites;
+    std::vector<Face> m_faces;
+    std::vector<std::int32_t> m_queue;     ///< faces in the order in which they were added
+    std::vector<std::int32_t> m_free;      ///< faces that were replaced
+    std::vector<std::int32_t> m_edgeFrom;  ///< by site: the last edge of a horizon that started there
+    std::vector<std::int32_t> m_outside;   ///< the outside sets
+    std::vector<std::int32_t> m_inserted;  ///< sites that were vertices
+    std::vector<std::int32_t> m_visible, m_orphans, m_cone;
+    std::vector<Choice> m_chosen;
+    std::size_t m_current = 0;  ///< in m_queue
     std::vector<HorizonEdge> m_edges, m_horizon;
     std::uint64_t m_testCount = 0;
+    bool m_hasReplacedVertices = false;
     std::vector<Triangle> m_triangles;
     std::vector<std::int32_t> m_leftOver;
 };
