@@ -6,6 +6,7 @@
 #include "cullet/narrow/build/face_merger.h"
 #include "cullet/narrow/build/neighbour_builder.h"
 #include "cullet/narrow/build/quickhull.h"
+#include "cullet/narrow/build/seed_search.h"
 #include "cullet/narrow/build/surface_points.h"
 #include "cullet/narrow/hull/hull.h"
 #include "cullet/narrow/math/debug_containers.h"
@@ -129,7 +130,7 @@ private:
             return;
         removeDuplicates(points, count);
         std::array<std::int32_t, 4> seed = {};
-        m_hull.m_kind = findSeed(seed);
+        m_hull.m_kind = SeedSearch(m_points).find(seed);
         if (m_hull.m_kind == HullKind::Solid)
             buildSolid(seed);
         else
@@ -173,58 +174,6 @@ private:
             hash ^= hash >> 32;
         }
         return static_cast<std::size_t>(hash);
-    }
-
-    template <class Measure>
-    std::int32_t indexOfMaximum(const Measure& measure) const
-    {
-        std::int32_t best = 0;
-        double bestValue = -1.0;
-        for (std::int32_t i = 0; i < pointCount(); ++i)
-        {
-            const double value = measure(m_points[i]);
-            if (value > bestValue)
-            {
-                best = i;
-                bestValue = value;
-            }
-        }
-        return best;
-    }
-
-    template <class Predicate>
-    std::int32_t firstWhere(std::int32_t guess, const Predicate& predicate) const
-    {
-        if (predicate(guess))
-            return guess;
-        for (std::int32_t i = 0; i < pointCount(); ++i)
-        {
-            if (predicate(i))
-                return i;
-        }
-        return -1;
-    }
-
-    /// Four points that span space, chosen greedily to be far apart; exact tests determine the kind.
-    HullKind findSeed(std::array<std::int32_t, 4>& seed) const
-    {
-        if (pointCount() == 1)
-            return HullKind::Point;
-        seed[0] = indexOfMaximum([](const Eigen::Vector3d& p) { return p.squaredNorm(); });
-        const Eigen::Vector3d a = m_points[seed[0]];
-        seed[1] = indexOfMaximum([&](const Eigen::Vector3d& p) { return (p - a).squaredNorm(); });
-        const Eigen::Vector3d b = m_points[seed[1]];
-        const std::int32_t off =
-            indexOfMaximum([&](const Eigen::Vector3d& p) { return (p - a).cross(b - a).squaredNorm(); });
-        seed[2] = firstWhere(off, [&](std::int32_t i) { return !isCollinear(a, b, m_points[i]); });
-        if (seed[2] < 0)
-            return HullKind::Segment;
-        const Eigen::Vector3d c = m_points[seed[2]];
-        const Eigen::Vector3d normal = (b - a).cross(c - a);
-        const std::int32_t above =
-            indexOfMaximum([&](const Eigen::Vector3d& p) { return std::abs(normal.dot(p - a)); });
-        seed[3] = firstWhere(above, [&](std::int32_t i) { return orientation(a, b, c, m_points[i]) != 0; });
-        return seed[3] < 0 ? HullKind::Polygon : HullKind::Solid;
     }
 
     void keepAll()
@@ -277,29 +226,47 @@ private:
 
     void buildSolid(const std::array<std::int32_t, 4>& seed)
     {
-        constexpr double kEpsilon = std::numeric_limits<S>::epsilon();
-        const double depth = 16.0 * kEpsilon * m_radius;
         const Quickhull surface(m_points, seed);
         const std::vector<std::int32_t> corners = surface.corners();
         m_areAllCorners = static_cast<std::int32_t>(corners.size()) == surface.vertexCount();
-        if (m_isOfCorners && !(m_areAllCorners && !SurfacePoints::hasAny(m_points, surface, depth)))
+        if (m_isOfCorners && !isOfCornersAlone(surface))
         {
             m_hull = hullOf(corners);
             return;
         }
-        storeSolid(surface, m_isOfCorners ? SurfacePoints(m_points) : SurfacePoints(m_points, surface, depth),
-                   depth);
+        if (m_isOfCorners)
+            m_radius = radiusOf(corners);
+        storeSolid(surface,
+                   m_isOfCorners ? SurfacePoints(m_points) : SurfacePoints(m_points, surface, depth()));
         storeCorners(corners);
     }
 
-    void storeSolid(const Quickhull& surface, const SurfacePoints& extra, double depth)
+    /// Points at most this deep below the surface become vertices, and triangles this far from a plane a face.
+    double depth() const { return 16.0 * double(std::numeric_limits<S>::epsilon()) * m_radius; }
+
+    /// Whether a surface is that of its corners without all other points.
+    bool isOfCornersAlone(const Quickhull& surface) const
+    {
+        return m_areAllCorners &&
+               (!surface.hasReplacedVertices() || !SurfacePoints::hasAny(m_points, surface, depth()));
+    }
+
+    double radiusOf(const std::vector<std::int32_t>& points) const
+    {
+        double radius = 0.0;
+        for (const std::int32_t point : points)
+            radius = std::max(radius, m_points[point].norm());
+        return radius;
+    }
+
+    void storeSolid(const Quickhull& surface, const SurfacePoints& extra)
     {
         constexpr double kEpsilon = std::numeric_limits<S>::epsilon();
         m_areAllCorners = m_areAllCorners && extra.attached().empty();
         m_hull.m_slack = extra.slack();
         numberVertices(surface, extra);
         storeVertices();
-        storeFaces(FaceMerger(m_points, surface.triangles(), depth));
+        storeFaces(FaceMerger(m_points, surface.triangles(), depth()));
         // 4 E = 6 eps R |d|; the surplus covers the rounding of the band itself.
         m_hull.m_tieBand = static_cast<S>((6.5 * kEpsilon * m_radius + extra.slack()) * 1.01);
         NeighbourBuilder<S>(m_hull, m_points, m_vertexOf, m_areAllCorners).run(surface, extra);

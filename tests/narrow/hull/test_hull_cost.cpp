@@ -61,6 +61,17 @@ Points boxSides(unsigned seed)
     return points;
 }
 
+/// Points on a rounded cube. Rounded to float, a few of them are below the surface of the others.
+Points nearlyConvexPoints(unsigned seed)
+{
+    Points points = roundedCube(seed);
+    points.resize(3000);
+    // A third of the points in one octant, where they are denser.
+    for (std::size_t i = 0; i < 1000; ++i)
+        points[i] = points[i].cwiseAbs();
+    return asFloats(points);
+}
+
 std::vector<std::pair<std::string, Points>> crowds(unsigned seed)
 {
     Points twice = ellipsoidPoints(kCount / 2, {1.0, 1.0, 1.0}, seed);
@@ -135,6 +146,23 @@ TEST(CornerHull, EqualsCornersOfWholeHull)
         expectCornersOnly<float>(points);
         expectCornersOnly<double>(points);
     }
+}
+
+/// Points left over within the tolerance of points that become vertices; none of them was a vertex for a while.
+TEST(CornerHull, EqualsCornersOfWholeHullWhereFewPointsAreLeftOver)
+{
+    int neverInserted = 0;
+    for (unsigned seed = 1; seed <= 12; ++seed)
+    {
+        SCOPED_TRACE(seed);
+        const Points points = nearlyConvexPoints(seed);
+        const Quickhull surface(points, seedOf(points));
+        const bool hasNear =
+            SurfacePoints::hasAny(points, surface, 16.0 * double(std::numeric_limits<float>::epsilon()));
+        neverInserted += hasNear && !surface.hasReplacedVertices() ? 1 : 0;
+        expectCornersOnly<float>(points);
+    }
+    EXPECT_GT(neverInserted, 0);
 }
 
 template <class S>
