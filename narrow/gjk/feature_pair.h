@@ -35,7 +35,7 @@ constexpr double kTouchUncertainty = 4e-7;
 /// pass the tests are the closest ones, and no search is needed. For a depth, the tests prove only a local minimum.
 ///
 /// Cost: the neighbours of one or two vertices, and the corners of a face; without a graph, all points up to three
-/// times.
+/// times, or the boxes of their blocks and the points of few.
 template <class S>
 class FeaturePair
 {
