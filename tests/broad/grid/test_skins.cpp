@@ -13,7 +13,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
+#include <memory>
 #include <string>
+#include <vector>
 
 namespace cullet::test
 {
@@ -180,6 +184,78 @@ TEST(RestingMode, ReportsEveryChangeWhenNearlyAllBoxesRest)
     }
     EXPECT_GT(changes, 1000u);
     EXPECT_GT(tests, 10000u);
+}
+
+/// Groups of awake boxes far from resting ones. Three boxes of a group stand on places of a diagonal, farther apart than any
+/// skin; the fourth touches only the box on the last place.
+class SwappingGroups
+{
+public:
+    SwappingGroups()
+    {
+        for (std::uint32_t i = 0; i < 400; ++i)
+            table.create(boxAt(m_random.point(0, 20)), i + 1, kEverything);
+        for (int i = 0; i < 4 * kGroups; ++i)
+            m_boxes.push_back(table.create(boxAt(0, 0, 200.0f + 2.0f * float(i)),
+                                           3000 + static_cast<std::uint32_t>(i), kEverything));
+    }
+
+    void stand()
+    {
+        for (int i = 0; i < 4 * kGroups; ++i)
+        {
+            const bool isFourth = i % 4 == 3;
+            const float along = isFourth ? 2.1f : 0.6f * float(m_places[i % 4]);
+            const float aside = isFourth ? m_aside : 0;
+            table.setBox(m_boxes[static_cast<std::size_t>(i)],
+                         boxAt(100 + along, 8.0f * float(i / 4) + along - aside, along));
+        }
+    }
+    /// The fourth boxes move for once, and are awake from then on.
+    void swapPlaces()
+    {
+        std::swap(m_places[0], m_places[2]);
+        m_aside = 0.2f;
+    }
+
+    ProxyTable table;
+
+private:
+    static constexpr int kGroups = 20;
+    Random m_random{57};
+    std::vector<ProxyId> m_boxes;
+    std::array<int, 3> m_places{0, 1, 2};
+    float m_aside = 0;
+};
+
+TEST(RestingMode, ReportsEveryChangeWhenAwakeBoxesTakeEachOthersPlaces)
+{
+    GridOptions options;
+    options.threads = 1;
+    options.rebuildFraction = 1;  // enters the resting mode at once, and stays in it
+    ColumnGridBackend grid(options);
+    const std::unique_ptr<Backend> brute = makeBruteForceBackend();
+    SwappingGroups groups;
+    PairDelta found;
+    PairDelta expected;
+    int swaps = 0;
+    // Awake boxes are ordered anew after 65 updates, so that one of six times they change places in that update.
+    for (int step = 0; step < 430; ++step)
+    {
+        if (step > 2 && step % 6 == 0)
+            groups.swapPlaces();
+        if (step > 2)
+            groups.stand();
+        const ProxyView view = groups.table.beginUpdate(0.125f, false);
+        ASSERT_EQ(grid.update(view, found), Status::Ok);
+        ASSERT_EQ(brute->update(view, expected), Status::Ok);
+        groups.table.endUpdate();
+        ASSERT_EQ(found.added, expected.added) << step;
+        ASSERT_EQ(found.removed, expected.removed) << step;
+        swaps += step > 10 && !found.added.empty() ? 1 : 0;
+    }
+    EXPECT_STREQ(grid.stats().path, "incremental");
+    EXPECT_GT(swaps, 60);
 }
 }  // namespace
 }  // namespace cullet::test
