@@ -89,13 +89,15 @@ def stratum_of(mutant):
 
 
 def shares(strata, size):
-    """How many of each stratum: by the square root of its size, so that rare kinds are there too, and at least one."""
+    """How many of each stratum: by the square root of its size, so that rare kinds are there too, and one if there is room."""
     total = sum(len(mutants) ** 0.5 for mutants in strata.values())
     exact = {key: min(len(mutants), size * len(mutants) ** 0.5 / total) for key, mutants in strata.items()}
     wanted = {key: max(1, int(value)) for key, value in exact.items()}
     by_rest = sorted(exact, key=lambda key: (int(exact[key]) - exact[key], key))
     while sum(wanted.values()) > size and max(wanted.values()) > 1:
         wanted[max(wanted, key=lambda key: (wanted[key], key))] -= 1
+    for key in sorted(exact, key=lambda key: (exact[key], key))[:max(0, sum(wanted.values()) - size)]:
+        wanted[key] = 0
     for key in by_rest:
         if sum(wanted.values()) < size and wanted[key] < len(strata[key]):
             wanted[key] += 1

@@ -220,6 +220,9 @@ class Runs(unittest.TestCase):
         self.assertEqual(len(lines), len(set(lines)))
         self.assertEqual({kind for _, kind in wanted}, {"arithmetic", "statement"})
 
+    def test_samples_are_no_larger_than_asked_for(self):
+        self.assertEqual(len(drawing.cut(*drawing.draw(self.mutants, 1, 1))), 1)
+
     def test_equivalent_mutants_are_left_out(self):
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / "equivalent.txt"
