@@ -73,11 +73,11 @@ bool faultyContact(btManifoldPoint&, const btCollisionObjectWrapper*, int, int,
     return true;
 }
 
-/// Installs the contact callback while it lives.
+/// Installs a contact callback while it lives; null: none.
 class ContactCallback
 {
 public:
-    ContactCallback() { gContactAddedCallback = faultyContact; }
+    explicit ContactCallback(ContactAddedCallback callback) { gContactAddedCallback = callback; }
     ~ContactCallback() { gContactAddedCallback = nullptr; }
     ContactCallback(const ContactCallback&) = delete;
     ContactCallback& operator=(const ContactCallback&) = delete;
@@ -213,7 +213,7 @@ private:
 
     FaultRun& m_run;
     const WorldLayout m_layout;
-    const ContactCallback m_contactCallback;
+    const ContactCallback m_contactCallback{m_layout.hasNearCallback ? nullptr : faultyContact};
     Shapes m_shapes;
     btDefaultCollisionConfiguration m_configuration;
     std::optional<Dispatcher> m_dispatcher;

@@ -58,6 +58,7 @@ struct CrowdOptions
     bool hasGhosts = false;  ///< every third cube is a ghost
     /// Every sixth cube is a ghost with pairs of its own, in a cache of Bullet's that a failed allocation breaks.
     bool hasPairCachingGhosts = false;
+    int idsBefore = 0;  ///< used up by former proxies: lists by id grow in pages of 1,024
     BroadphaseOptions broadphase;
 };
 
@@ -82,6 +83,7 @@ public:
     {
         m_run.insist([&] { m_broadphase = std::make_unique<Broadphase>(cache, options.broadphase); });
         btOverlappingPairCache& pairs = *m_broadphase->getOverlappingPairCache();
+        useUpIds();
         if (options.hasFilter)
             pairs.setOverlapFilterCallback(&m_filter);
         if (options.hasGhosts)
@@ -173,6 +175,15 @@ private:
         btBroadphaseProxy* proxy = nullptr;
         std::unique_ptr<btCollisionObject> client;
     };
+
+    void useUpIds()
+    {
+        for (int i = 0; i < m_options.idsBefore; ++i)
+        {
+            m_broadphase->destroyProxy(addCube(*m_broadphase, vec(0, 0, 0)), nullptr);
+            m_broadphase->calculateOverlappingPairs(nullptr);
+        }
+    }
 
     void makeClient(std::size_t i)
     {
