@@ -223,23 +223,23 @@ CrowdOptions withPairCachingGhosts(CrowdOptions options)
 
 TEST(BroadphaseFaults, KeepPairsWholeWhenAllocationFails)
 {
-    expectWhole("bodies", FaultKind::New, 100, liveWithBodies, crowdOf(40));
-    expectWhole("bodies in columns", FaultKind::New, 250, liveWithBodies, crowdOf(40, 0));
-    expectWhole("settling bodies", FaultKind::New, 500, liveAndSettle, withMargin(crowdOf(60, 0), 0.05));
-    expectWhole("teleports", FaultKind::New, 200, liveAndTeleport, crowdOf(50, 0));
-    expectWhole("margins", FaultKind::New, 100, liveWithMargins, withMargin(crowdOf(30), -1));
+    expectWhole("bodies", FaultKind::New, 80, liveWithBodies, crowdOf(40));
+    expectWhole("bodies in columns", FaultKind::New, 200, liveWithBodies, crowdOf(40, 0));
+    expectWhole("settling bodies", FaultKind::New, 400, liveAndSettle, withMargin(crowdOf(60, 0), 0.05));
+    expectWhole("teleports", FaultKind::New, 150, liveAndTeleport, crowdOf(50, 0));
+    expectWhole("margins", FaultKind::New, 80, liveWithMargins, withMargin(crowdOf(30), -1));
 }
 
 TEST(BroadphaseFaults, KeepPairsWholeWhenAllocationFailsBesidesReset)
 {
-    expectWhole("resetPool()", FaultKind::New, 100, liveAndReset, crowdOf(24));
-    expectWhole("resetPool() in columns", FaultKind::New, 100, liveAndReset, crowdOf(24, 0));
+    expectWhole("resetPool()", FaultKind::New, 80, liveAndReset, crowdOf(24));
+    expectWhole("resetPool() in columns", FaultKind::New, 80, liveAndReset, crowdOf(24, 0));
 }
 
 TEST(BroadphaseFaults, KeepPairsWholeWhenAllocationOfFilteredOrGhostPairsFails)
 {
-    expectWhole("filter", FaultKind::New, 100, liveWithBodies, onTwoPages(withFilter(crowdOf(40))));
-    expectWhole("ghosts", FaultKind::New, 100, liveWithBodies, withPairCachingGhosts(crowdOf(30)));
+    expectWhole("filter", FaultKind::New, 80, liveWithBodies, onTwoPages(withFilter(crowdOf(40))));
+    expectWhole("ghosts", FaultKind::New, 80, liveWithBodies, withPairCachingGhosts(crowdOf(30)));
     expectWhole("ghosts and filter", FaultKind::New, 150, liveWithBodies,
                 onTwoPages(withFilter(withPairCachingGhosts(crowdOf(30)))));
 }
