@@ -1,0 +1,48 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include <BulletCollision/BroadphaseCollision/btOverlappingPairCache.h>
+
+#include <cstdint>
+#include <functional>
+#include <stdexcept>
+#include <utility>
+
+namespace cullet::test
+{
+/// Thrown by callbacks of the application.
+struct CallbackFailure : std::runtime_error
+{
+    CallbackFailure() : std::runtime_error("callback of the application") {}
+};
+
+/// An overlap filter whose answer depends on ids alone, and which does something in one of its calls.
+class PairFilter final : public btOverlapFilterCallback
+{
+public:
+    explicit PairFilter(std::uint32_t seed) : m_seed(seed) {}
+
+    bool needBroadphaseCollision(btBroadphaseProxy* a, btBroadphaseProxy* b) const override
+    {
+        const bool answer = answers(a->m_uniqueId, b->m_uniqueId);
+        if (onCall)
+            onCall();
+        return answer;
+    }
+
+    bool answers(int a, int b) const
+    {
+        if (a > b)
+            std::swap(a, b);
+        const std::uint32_t word =
+            (static_cast<std::uint32_t>(a) * 2654435761u ^ static_cast<std::uint32_t>(b) * 40503u) + m_seed;
+        return (word * 2246822519u >> 16) % 4 != 0;
+    }
+
+    std::function<void()> onCall;
+
+private:
+    std::uint32_t m_seed;
+};
+}  // namespace cullet::test
