@@ -17,22 +17,25 @@ struct CallbackFailure : std::runtime_error
     CallbackFailure() : std::runtime_error("callback of the application") {}
 };
 
-/// An overlap filter whose answer depends on ids alone, and which does something in one of its calls.
+/// An overlap filter whose answer depends on ids and maybe on groups, and which does something in one of its calls.
 class PairFilter final : public btOverlapFilterCallback
 {
 public:
-    explicit PairFilter(std::uint32_t seed) : m_seed(seed) {}
+    PairFilter(std::uint32_t seed, bool readsGroups) : m_seed(seed), m_readsGroups(readsGroups) {}
 
     bool needBroadphaseCollision(btBroadphaseProxy* a, btBroadphaseProxy* b) const override
     {
-        const bool answer = answers(a->m_uniqueId, b->m_uniqueId);
+        const bool answer = answers(*a, *b);
         if (onCall)
             onCall();
         return answer;
     }
 
-    bool answers(int a, int b) const
+    bool answers(const btBroadphaseProxy& first, const btBroadphaseProxy& second) const
     {
+        if (m_readsGroups && first.m_collisionFilterGroup != second.m_collisionFilterGroup)
+            return false;
+        int a = first.m_uniqueId, b = second.m_uniqueId;
         if (a > b)
             std::swap(a, b);
         const std::uint32_t word =
@@ -44,5 +47,6 @@ public:
 
 private:
     std::uint32_t m_seed;
+    bool m_readsGroups;
 };
 }  // namespace cullet::test

@@ -141,7 +141,7 @@ bool WatchedBroadphase::passes(const btBroadphaseProxy& a, const btBroadphasePro
 {
     const auto* cache = static_cast<const btOverlappingPairCache*>(m_inner->getOverlappingPairCache());
     if (auto* filter = const_cast<btOverlappingPairCache*>(cache)->getOverlapFilterCallback())
-        return static_cast<const PairFilter*>(filter)->answers(a.m_uniqueId, b.m_uniqueId);
+        return static_cast<const PairFilter*>(filter)->answers(a, b);
     return (a.m_collisionFilterGroup & b.m_collisionFilterMask) != 0 &&
            (b.m_collisionFilterGroup & a.m_collisionFilterMask) != 0;
 }
@@ -248,8 +248,8 @@ void WatchedBroadphase::beginUpdate()
     m_isUpdating = true;
     m_filter = getOverlappingPairCache()->getOverlapFilterCallback();
     for (auto& [id, watched] : m_proxies)
-        watched = {watched.proxy, watched.proxy->m_aabbMin, watched.proxy->m_aabbMax, wordsOf(*watched.proxy),
-                   false};
+        watched = {watched.proxy, watched.proxy->m_aabbMin, watched.proxy->m_aabbMax,
+                   m_filter == nullptr ? wordsOf(*watched.proxy) : watched.words, false};
 }
 
 void WatchedBroadphase::endUpdate(bool isInterrupted)
@@ -299,6 +299,8 @@ void WatchedBroadphase::checkMissed(const Pairs& cached, bool isInterrupted)
 
 bool WatchedBroadphase::mustHold(Pair pair, const Watched& a, const Watched& b, bool isInterrupted) const
 {
+    // Beside a filter, changed words are noticed with the next box.
+    const bool areWordsKnown = a.words == wordsOf(*a.proxy) && b.words == wordsOf(*b.proxy);
     if (a.isTouched || b.isTouched)
         return false;
     const btScalar gap = gapOf(a.min, a.max, b.min, b.max);
@@ -306,7 +308,7 @@ bool WatchedBroadphase::mustHold(Pair pair, const Watched& a, const Watched& b, 
         return false;
     if (isKnown(pair) && m_promise == Promise::Exact)
         return gap <= 2 * m_margin - std::max(roundingOf(a.min, a.max), roundingOf(b.min, b.max));
-    return gap < 0 && !isInterrupted && passes(*a.proxy, *b.proxy);
+    return gap < 0 && !isInterrupted && areWordsKnown && passes(*a.proxy, *b.proxy);
 }
 
 void WatchedBroadphase::checkPairs()

@@ -190,7 +190,7 @@ private:
 
     TwinRecipe m_recipe;
     WorldSettings m_settings;
-    PairFilter m_filters[2] = {PairFilter(1), PairFilter(77)};
+    PairFilter m_filters[2] = {PairFilter(1, false), PairFilter(77, true)};
     btGhostPairCallback m_ghostPairs;
     std::unique_ptr<btDefaultCollisionConfiguration> m_configuration;
     std::unique_ptr<btCollisionDispatcher> m_dispatcher;
