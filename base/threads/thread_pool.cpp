@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #include "cullet/base/threads/thread_pool.h"
 
+#include "cullet/base/held_while_forking.h"
 #include "cullet/base/threads/fork_join.h"
 
 #include <algorithm>
@@ -29,6 +30,7 @@ std::shared_ptr<ThreadPool> ThreadPool::shared()
 {
     struct Shared
     {
+        Shared() { holdWhileForking(mutex); }
         std::mutex mutex;
         std::weak_ptr<ThreadPool> threads;
     };

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #include "cullet/plugin/isa_gjk.h"
 
+#include "cullet/base/held_while_forking.h"
 #include "cullet/broad/log.h"
 #include "cullet/plugin/convex/body_motions.h"
 #include "cullet/plugin/convex/isa_gjk_algorithm.h"
@@ -141,13 +142,16 @@ IsaGjkRegistration& registerIsaGjk(btCollisionDispatcher& dispatcher, const IsaG
     // Create functions must outlive dispatcher and world, and Bullet does not report when these are destroyed. So they
     // are never destroyed, and there is one per address.
     static std::mutex mutex;
+    [[maybe_unused]] static const bool isHeld = (holdWhileForking(mutex), true);
     static auto& known = *new std::map<btCollisionDispatcher*, std::unique_ptr<IsaGjkRegistration>>;
+    // Before the lock: it may log, and a logger of the application may fork.
+    const IsaGjkOptions checked = checkedOptions(options);
     const std::lock_guard<std::mutex> lock(mutex);
     std::unique_ptr<IsaGjkRegistration>& isaGjk = known[&dispatcher];
     if (isaGjk)
-        isaGjk->reset(dispatcher, options);
+        isaGjk->reset(dispatcher, checked);
     else
-        isaGjk = std::make_unique<IsaGjkRegistration>(dispatcher, options);
+        isaGjk = std::make_unique<IsaGjkRegistration>(dispatcher, checked);
     isaGjk->registerWith(dispatcher);
     return *isaGjk;
 }

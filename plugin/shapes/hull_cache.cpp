@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #include "cullet/plugin/shapes/hull_cache.h"
 
+#include "cullet/base/held_while_forking.h"
 #include "cullet/narrow/build/hull_builder.h"
 
 #include <algorithm>
@@ -78,7 +79,12 @@ HullCache& HullCache::instance()
 {
     // Never destroyed, since shapes may outlive it otherwise; placed in static memory, since allocation may fail.
     alignas(HullCache) static unsigned char place[sizeof(HullCache)];
-    static HullCache* const cache = new (place) HullCache;
+    static HullCache* const cache = []
+    {
+        HullCache* const made = new (place) HullCache;
+        holdWhileForking(made->m_mutex);
+        return made;
+    }();
     return *cache;
 }
 
