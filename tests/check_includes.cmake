@@ -58,7 +58,7 @@ check_folder(plugin MAY base plugin broad narrow cuda NEVER "${cuda}" "${test_on
 check_folder(preload MAY preload plugin NEVER "${cuda}" "${test_only}")
 check_folder(abi MAY base abi plugin broad narrow cuda NEVER "${cuda}" "${test_only}")
 check_folder(demos MAY base demos generated plugin broad narrow cuda NEVER "${kernels}" "${test_only}")
-check_folder(tests MAY base tests demos abi plugin broad narrow cuda)
+check_folder(tests MAY base tests demos generated abi plugin broad narrow cuda)
 
 # room(<folder> MAY <folder>...): what the files of a folder, without those below it, may include besides each other.
 function(room folder)

@@ -1,0 +1,69 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include <cstdint>
+#include <stdexcept>
+#include <string>
+
+/// Worlds that are made, churned and destroyed, each from a seed of its own.
+namespace cullet::test
+{
+/// What the worlds of a thread have done so far.
+struct SoakCounts
+{
+    std::uint64_t worlds = 0, steps = 0;
+    std::uint64_t checkedSteps = 0;    ///< those with brute force beside
+    std::uint64_t comparedBoxes = 0;   ///< pairs of boxes that brute force compared
+    std::uint64_t pairs = 0;           ///< pairs in the caches of those steps
+    std::uint64_t contacts = 0;        ///< points that were examined
+    std::uint64_t hulls = 0;           ///< hull shapes made and destroyed
+    std::uint64_t recordedFrames = 0;  ///< read back from recordings
+    std::uint64_t twins = 0;           ///< worlds that ran a second time in other circumstances
+
+    void add(const SoakCounts& other)
+    {
+        worlds += other.worlds;
+        steps += other.steps;
+        checkedSteps += other.checkedSteps;
+        comparedBoxes += other.comparedBoxes;
+        pairs += other.pairs;
+        contacts += other.contacts;
+        hulls += other.hulls;
+        recordedFrames += other.recordedFrames;
+        twins += other.twins;
+    }
+};
+
+/// Faults that the soak makes on purpose, to show that it finds them.
+enum class SoakMistake
+{
+    None,
+    Leak,     ///< 100 bytes in each step
+    LostPair  ///< brute force sees one pair more in the 40th checked step of a world
+};
+
+/// How a world is run; it changes nothing that can be seen.
+struct SoakCircumstances
+{
+    std::uint32_t seed = 0;  ///< chooses backends and numbers of threads
+    SoakMistake mistake = SoakMistake::None;
+};
+
+class SoakFault : public std::runtime_error
+{
+public:
+    SoakFault(int step, const std::string& what)
+        : std::runtime_error("step " + std::to_string(step) + ": " + what)
+    {
+    }
+};
+
+/// Boxes in a broad phase, without a world. Throws SoakFault.
+void soakBoxes(std::uint32_t seed, const SoakCircumstances& circumstances, SoakCounts& counts);
+
+/// Bodies in a world of Bullet's or in World, with one of the narrow phases. Throws SoakFault.
+///
+/// @return hash of all places and pairs, which the circumstances do not change
+std::uint64_t soakBodies(std::uint32_t seed, const SoakCircumstances& circumstances, SoakCounts& counts);
+}  // namespace cullet::test
