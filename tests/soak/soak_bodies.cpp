@@ -48,10 +48,12 @@ public:
         const std::uint32_t size = m_random.below(20);
         m_target = size < 14   ? 4 + m_random.below(40)
                    : size < 19 ? 40 + m_random.below(120)
-                               : 520 + m_random.below(300);
+                               : 520 + m_random.below(kMostBodies - 519);
+        if (circumstances.isLargest)
+            m_target = kMostBodies;
         const float far[] = {0, 0, 0, 300, 2e4f};
         m_centre = toVector(m_random.point(-1, 1)) * btScalar(far[m_random.below(5)]);
-        makeWorld();
+        makeWorld(circumstances.isLargest);
         addGround();
         if (m_random.chance(0.3f))
             addGhost();
@@ -94,10 +96,11 @@ public:
 
 private:
     static constexpr double m_margin = 0.05;
+    static constexpr std::uint32_t kMostBodies = 820;
 
-    void makeWorld()
+    void makeWorld(bool isLargest)
     {
-        const std::uint32_t narrow = m_random.below(4);
+        const std::uint32_t narrow = isLargest ? 3 : m_random.below(4);
         DispatcherOptions options;
         options.threads = 1 + static_cast<int>(m_chooser.below(3));
         options.isaGjk.boxBox = m_random.chance(0.5f);

@@ -48,6 +48,7 @@ struct SoakCircumstances
 {
     std::uint32_t seed = 0;  ///< chooses backends and numbers of threads
     SoakMistake mistake = SoakMistake::None;
+    bool isLargest = false;  ///< as many bodies as any world has, and cullet::Dispatcher; changes the world
 };
 
 class SoakFault : public std::runtime_error
