@@ -7,6 +7,7 @@
 #include "cullet/tests/soak/soak_memory.h"
 #include "cullet/tests/soak/soak_world.h"
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <condition_variable>
@@ -199,7 +200,12 @@ private:
         m_changed.wait(lock, [this] { return m_running == 0; });
         trimHullCache();
         malloc_trim(0);
-        m_live.add(minutes(), static_cast<double>(liveBytes()));
+        const double live = static_cast<double>(liveBytes()), steps = static_cast<double>(m_counts.steps);
+        if (steps > m_stepsBefore)
+            m_growths.push_back((live - m_liveBefore) / (steps - m_stepsBefore));
+        m_liveBefore = live;
+        m_stepsBefore = steps;
+        m_live.add(minutes(), live);
         m_resident.add(minutes(), residence().now);
         m_isMeasuring = false;
         m_changed.notify_all();
@@ -209,15 +215,25 @@ private:
     static constexpr double kWarmUp = 0.3;
     /// For a line; a short run on a busy machine takes longer for them.
     static constexpr std::size_t kFewestSamples = 20;
-    /// The first is for each thread, and grows with the steps: a small part of a leak that is worth the name.
-    static constexpr double kMostLiveGrowth = 64 * 1024, kMostLiveGrowthPerStep = 8;
+    /// A leak grows between most samples; what a larger world than any before leaves behind, between few.
+    static constexpr double kMostMedianGrowth = 4, kMostLiveGrowth = 2 * 1024 * 1024;
     static constexpr double kMostResidentGrowth = 16 * 1024 * 1024;
+
+    double medianGrowth() const
+    {
+        std::vector<double> growths = m_growths;
+        if (growths.empty())
+            return 0;
+        std::nth_element(growths.begin(), growths.begin() + static_cast<std::ptrdiff_t>(growths.size() / 2),
+                         growths.end());
+        return growths[growths.size() / 2];
+    }
 
     std::string memoryFault() const
     {
-        const double most = kMostLiveGrowth * m_options.threads +
-                            kMostLiveGrowthPerStep * static_cast<double>(m_counts.steps);
-        if (m_live.growth(kWarmUp) > most)
+        if (medianGrowth() > kMostMedianGrowth)
+            return "memory that is in use grows by " + std::to_string(medianGrowth()) + " bytes a step";
+        if (m_live.growth(kWarmUp) > kMostLiveGrowth * m_options.threads)
             return "memory that is in use grows by " + std::to_string(m_live.growth(kWarmUp)) +
                    " bytes after the first part of the run";
         if (m_resident.growth(kWarmUp) > kMostResidentGrowth)
@@ -261,6 +277,7 @@ private:
                     m_resident.growth(kWarmUp), m_resident.growth(kWarmUp) / (minutes() * (1 - kWarmUp)));
         std::printf("%-24s %.0f bytes after warm-up, %.0f a minute\n", "growth of memory in use",
                     m_live.growth(kWarmUp), m_live.growth(kWarmUp) / (minutes() * (1 - kWarmUp)));
+        std::printf("%-24s %.3f bytes a step\n", "... the median", medianGrowth());
         if (!m_fault.empty())
             std::printf("FAULT: seed %u, %s\n", m_options.seed, m_fault.c_str());
     }
@@ -276,6 +293,8 @@ private:
     SoakCounts m_counts;
     std::string m_fault;
     Line m_live, m_resident;
+    double m_liveBefore = 0, m_stepsBefore = 0;
+    std::vector<double> m_growths;  ///< of memory in use between two samples, bytes a step
 };
 
 int runWorldAgain(std::uint32_t seed, SoakMistake mistake)
