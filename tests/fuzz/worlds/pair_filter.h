@@ -4,10 +4,12 @@
 
 #include <BulletCollision/BroadphaseCollision/btOverlappingPairCache.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <functional>
 #include <stdexcept>
 #include <utility>
+#include <vector>
 
 namespace cullet::test
 {
@@ -26,9 +28,18 @@ public:
     bool needBroadphaseCollision(btBroadphaseProxy* a, btBroadphaseProxy* b) const override
     {
         const bool answer = answers(*a, *b);
+        const Question question(m_questions, {a, b});
         if (onCall)
             onCall();
         return answer;
+    }
+
+    /// Whether a call for this pair runs.
+    bool isAsked(const btBroadphaseProxy& a, const btBroadphaseProxy& b) const
+    {
+        const auto isOf = [&](const Proxies& proxies)
+        { return proxies == Proxies(&a, &b) || proxies == Proxies(&b, &a); };
+        return std::any_of(m_questions.begin(), m_questions.end(), isOf);
     }
 
     bool answers(const btBroadphaseProxy& first, const btBroadphaseProxy& second) const
@@ -46,6 +57,23 @@ public:
     std::function<void()> onCall;
 
 private:
+    using Proxies = std::pair<const btBroadphaseProxy*, const btBroadphaseProxy*>;
+
+    /// Lives during a call.
+    struct Question
+    {
+        Question(std::vector<Proxies>& all, const Proxies& proxies) : questions(all)
+        {
+            all.push_back(proxies);
+        }
+        ~Question() { questions.pop_back(); }
+        Question(const Question&) = delete;
+        Question& operator=(const Question&) = delete;
+
+        std::vector<Proxies>& questions;
+    };
+
+    mutable std::vector<Proxies> m_questions;  ///< of the calls that run
     std::uint32_t m_seed;
     bool m_readsGroups;
 };

@@ -137,11 +137,17 @@ bool WatchedBroadphase::isKnown(Pair pair) const
     return std::binary_search(m_held.begin(), m_held.end(), pair);
 }
 
-bool WatchedBroadphase::passes(const btBroadphaseProxy& a, const btBroadphaseProxy& b) const
+const PairFilter* WatchedBroadphase::filter() const
 {
     const auto* cache = static_cast<const btOverlappingPairCache*>(m_inner->getOverlappingPairCache());
-    if (auto* filter = const_cast<btOverlappingPairCache*>(cache)->getOverlapFilterCallback())
-        return static_cast<const PairFilter*>(filter)->answers(a, b);
+    return static_cast<const PairFilter*>(
+        const_cast<btOverlappingPairCache*>(cache)->getOverlapFilterCallback());
+}
+
+bool WatchedBroadphase::passes(const btBroadphaseProxy& a, const btBroadphaseProxy& b) const
+{
+    if (const PairFilter* callback = filter())
+        return callback->answers(a, b);
     return (a.m_collisionFilterGroup & b.m_collisionFilterMask) != 0 &&
            (b.m_collisionFilterGroup & a.m_collisionFilterMask) != 0;
 }
@@ -308,7 +314,9 @@ bool WatchedBroadphase::mustHold(Pair pair, const Watched& a, const Watched& b, 
         return false;
     if (isKnown(pair) && m_promise == Promise::Exact)
         return gap <= 2 * m_margin - std::max(roundingOf(a.min, a.max), roundingOf(b.min, b.max));
-    return gap < 0 && !isInterrupted && areWordsKnown && passes(*a.proxy, *b.proxy);
+    // A pair comes when the filter's call for it has returned, and not in an update within that call.
+    const bool isAsked = filter() != nullptr && filter()->isAsked(*a.proxy, *b.proxy);
+    return gap < 0 && !isInterrupted && !isAsked && areWordsKnown && passes(*a.proxy, *b.proxy);
 }
 
 void WatchedBroadphase::checkPairs()

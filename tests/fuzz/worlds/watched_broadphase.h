@@ -84,6 +84,7 @@ private:
 
     Pairs cachedPairs();
     void expectPairsOfGhosts(btBroadphaseProxy& proxy);
+    const PairFilter* filter() const;
     bool passes(const btBroadphaseProxy& a, const btBroadphaseProxy& b) const;
     void beginUpdate();
     void endUpdate(bool isInterrupted);
