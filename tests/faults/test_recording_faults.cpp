@@ -12,17 +12,18 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <unistd.h>
 #include <vector>
 
 namespace cullet::test
 {
 namespace
 {
-/// One file for each precision, since both programs may run at once.
+/// One file for each process, since tests may run at once.
 const std::string& pathOfRecording()
 {
     static const std::string path =
-        testing::TempDir() + "recording_faults_" + std::to_string(sizeof(btScalar)) + ".cbx";
+        testing::TempDir() + "recording_faults_" + std::to_string(getpid()) + ".cbx";
     return path;
 }
 
