@@ -22,11 +22,6 @@ namespace cullet::test
 {
 namespace
 {
-btVector3 toVector(const std::array<float, 3>& point)
-{
-    return btVector3(btScalar(point[0]), btScalar(point[1]), btScalar(point[2]));
-}
-
 /// One of all backends of the CPU, with any of their options.
 std::unique_ptr<Backend> drawBackend(Random& random)
 {

@@ -10,6 +10,7 @@
 #include <BulletCollision/BroadphaseCollision/btOverlappingPairCache.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <string>
@@ -18,6 +19,11 @@
 
 namespace cullet::test
 {
+inline btVector3 toVector(const std::array<float, 3>& point)
+{
+    return btVector3(btScalar(point[0]), btScalar(point[1]), btScalar(point[2]));
+}
+
 /// Brute force beside a broad phase: every pair of boxes, in each checked step.
 class SoakPairs
 {

@@ -19,12 +19,12 @@ namespace cullet::test
 {
 namespace
 {
-constexpr int kCount = 5000;
+constexpr int kPoints = 5000;
 constexpr unsigned kSeed = 29;
 
 Points ball()
 {
-    Points points = ellipsoidPoints(kCount, {1.0, 1.0, 1.0}, kSeed);
+    Points points = ellipsoidPoints(kPoints, {1.0, 1.0, 1.0}, kSeed);
     std::mt19937 engine(kSeed);
     std::uniform_real_distribution<double> part(0.0, 1.0);
     for (Eigen::Vector3d& p : points)
@@ -34,23 +34,23 @@ Points ball()
 
 std::vector<std::pair<std::string, Points>> clouds()
 {
-    Points twice = ellipsoidPoints(kCount / 2, {1.0, 0.5, 0.25}, kSeed);
+    Points twice = ellipsoidPoints(kPoints / 2, {1.0, 0.5, 0.25}, kSeed);
     twice.insert(twice.end(), twice.begin(), twice.end());
     Points line, plane, outlier = ball();
-    for (int i = 0; i < kCount; ++i)
+    for (int i = 0; i < kPoints; ++i)
     {
         line.push_back(Eigen::Vector3d(1.0, -2.0, 0.5) * (i % 1000));
         plane.push_back({0.125 * (i % 71), 0.5, 0.125 * (i / 71)});
     }
     outlier[100] = {1e4, -1e4, 1e3};
-    return {{"sphere", ellipsoidPoints(kCount, {1.0, 1.0, 1.0}, kSeed)},
+    return {{"sphere", ellipsoidPoints(kPoints, {1.0, 1.0, 1.0}, kSeed)},
             {"ball", ball()},
             {"lattice", gridBoxPoints(31)},
             {"twice", twice},
             {"line", line},
             {"plane", plane},
             {"outlier", outlier},
-            {"point", Points(kCount, Eigen::Vector3d(1, 2, 3))}};
+            {"point", Points(kPoints, Eigen::Vector3d(1, 2, 3))}};
 }
 
 /// Random directions, and those with zeros, along which many points are level.
