@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include "cullet/narrow/build/cloud_builder.h"
 #include "cullet/narrow/build/dk_builder.h"
 #include "cullet/narrow/build/face_merger.h"
 #include "cullet/narrow/build/neighbour_builder.h"
@@ -34,8 +35,7 @@ namespace cullet
 ///    triangles.
 /// * 16 eps R: triangles at most this far from a plane are merged into one face.
 ///
-/// Fourth powers of coordinates must not overflow, and products of three must be exact. So in double, points beyond
-/// kLargest count as not finite, and coordinates below kSmallest as 0; float has neither.
+/// Coordinates: see CoordinateRange.
 template <class S>
 class HullBuilder
 {
@@ -60,25 +60,14 @@ public:
         return builder.m_hull.m_corners ? *builder.m_hull.m_corners : std::move(builder.m_hull);
     }
 
-    /// See makeCloud().
-    static Hull<S> buildCloud(const S* coordinates, std::int32_t count, std::int32_t stride)
-    {
-        HullBuilder builder;
-        builder.runCloud(coordinates, count, stride);
-        return std::move(builder.m_hull);
-    }
-
 private:
-    static constexpr double kLargest = 1e60, kSmallest = 1e-60;
-
     /// False if there are no points, or one is not finite; the kind of the hull then says which.
-    template <class Point>
-    bool areUsable(const Point& point, std::int32_t count)
+    bool areUsable(const Vector* points, std::int32_t count)
     {
         for (std::int32_t i = 0; i < count; ++i)
         {
             // A NaN makes the comparison false.
-            if (!(point(i).template cast<double>().array().abs() <= kLargest).all())
+            if (!(points[i].template cast<double>().array().abs() <= CoordinateRange::kLargest).all())
             {
                 m_hull.m_kind = HullKind::NotFinite;
                 return false;
@@ -90,43 +79,12 @@ private:
     static Eigen::Vector3d usable(const Vector& point)
     {
         const Eigen::Vector3d given = point.template cast<double>();
-        return (given.array().abs() < kSmallest).select(0.0, given);
-    }
-
-    void runCloud(const S* coordinates, std::int32_t count, std::int32_t stride)
-    {
-        const auto point = [coordinates, stride](std::int32_t i) -> Vector
-        { return Eigen::Map<const Vector>(coordinates + std::ptrdiff_t(i) * stride); };
-        if (!areUsable(point, count))
-            return;
-        m_hull.m_kind = HullKind::Cloud;
-        const std::size_t size = static_cast<std::size_t>(count);
-        for (std::vector<S>* axis : {&m_hull.m_x, &m_hull.m_y, &m_hull.m_z})
-        {
-            axis->reserve(paddedCount(size));
-            axis->resize(size);
-        }
-        m_hull.m_lanes.resize(size);
-        double radius2 = 0.0;
-        for (std::int32_t i = 0; i < count; ++i)
-        {
-            const Eigen::Vector3d used = usable(point(i));
-            m_hull.m_x[i] = static_cast<S>(used[0]);
-            m_hull.m_y[i] = static_cast<S>(used[1]);
-            m_hull.m_z[i] = static_cast<S>(used[2]);
-            m_hull.m_lanes[i] = lanesOf(used);
-            m_hull.m_centre += used;
-            radius2 = std::max(radius2, used.squaredNorm());
-        }
-        m_radius = std::sqrt(radius2);
-        finishVertices();
-        if (count > Hull<S>::kMostInOneScan)
-            m_hull.m_pointBlocks = PointBlocks<S>(m_hull.lanes(0), count);
+        return (given.array().abs() < CoordinateRange::kSmallest).select(0.0, given);
     }
 
     void run(const Vector* points, std::int32_t count)
     {
-        if (!areUsable([points](std::int32_t i) { return points[i]; }, count))
+        if (!areUsable(points, count))
             return;
         removeDuplicates(points, count);
         std::array<std::int32_t, 4> seed = {};
@@ -311,28 +269,26 @@ private:
         }
     }
 
-    static typename Hull<S>::FourLanes lanesOf(const Eigen::Vector3d& v)
-    {
-        return {{static_cast<S>(v[0]), static_cast<S>(v[1]), static_cast<S>(v[2]), S(0)}};
-    }
-
     void storeVertices()
     {
         reserveVertices(m_points.size());
+        Eigen::Vector3d sum = Eigen::Vector3d::Zero();
         for (std::int32_t point = 0; point < pointCount(); ++point)
         {
-            if (m_vertexOf[point] >= 0)
-                addVertex(m_points[point], m_source[point]);
+            if (m_vertexOf[point] < 0)
+                continue;
+            addVertex(m_points[point], m_source[point]);
+            sum += m_points[point];
         }
-        finishVertices();
+        m_hull.m_vertexCount = static_cast<std::int32_t>(m_hull.m_x.size());
+        // The farthest point is a corner, so the radius of the points is that of the vertices.
+        CloudBuilder<S>::finish(m_hull, sum, m_radius);
     }
-
-    static std::size_t paddedCount(std::size_t count) { return (count + 7) / 8 * 8; }
 
     void reserveVertices(std::size_t count)
     {
         for (std::vector<S>* axis : {&m_hull.m_x, &m_hull.m_y, &m_hull.m_z})
-            axis->reserve(paddedCount(count));
+            axis->reserve(CloudBuilder<S>::paddedCount(count));
         m_hull.m_lanes.reserve(count);
         m_hull.m_source.reserve(count);
     }
@@ -342,24 +298,8 @@ private:
         m_hull.m_x.push_back(static_cast<S>(point[0]));
         m_hull.m_y.push_back(static_cast<S>(point[1]));
         m_hull.m_z.push_back(static_cast<S>(point[2]));
-        m_hull.m_lanes.push_back(lanesOf(point));
+        m_hull.m_lanes.push_back(CloudBuilder<S>::lanesOf(point));
         m_hull.m_source.push_back(source);
-        m_hull.m_centre += point;
-    }
-
-    void finishVertices()
-    {
-        m_hull.m_vertexCount = static_cast<std::int32_t>(m_hull.m_x.size());
-        m_hull.m_centre /= m_hull.m_vertexCount;
-        m_hull.m_centreLanes = lanesOf(m_hull.m_centre);
-        // The farthest point is a corner, so the radius of the points is that of the vertices.
-        m_hull.m_radius = m_radius;
-        m_hull.m_isCentred = m_hull.m_centre.norm() <= 0.1 * m_hull.m_radius;
-        m_hull.m_reach = static_cast<S>(m_hull.m_radius * (1.0 + 2.0 * std::numeric_limits<S>::epsilon()));
-        const std::size_t padded = paddedCount(m_hull.m_x.size());
-        m_hull.m_x.resize(padded, m_hull.m_x[0]);
-        m_hull.m_y.resize(padded, m_hull.m_y[0]);
-        m_hull.m_z.resize(padded, m_hull.m_z[0]);
     }
 
     void addFace(const Eigen::Vector3d& normal, const std::int32_t* corners, std::int32_t count)
@@ -432,23 +372,6 @@ template <class S>
 Hull<S> makeHull(const Eigen::Matrix<S, 3, 1>* points, std::int32_t count, HullExtra extra = HullExtra::None)
 {
     return HullBuilder<S>::build(points, count, extra);
-}
-
-/// Points as a hull for support searches only, by scans: the support is as far along a direction as that of
-/// makeHull(points), up to rounding. Cost: O(n), 20 ns per point.
-///
-/// @param coordinates [count * stride] a point starts at every stride, in scalars
-template <class S>
-Hull<S> makeCloud(const S* coordinates, std::int32_t count, std::int32_t stride)
-{
-    return HullBuilder<S>::buildCloud(coordinates, count, stride);
-}
-
-template <class S>
-Hull<S> makeCloud(const std::vector<Eigen::Matrix<S, 3, 1>>& points)
-{
-    const S* const first = points.empty() ? nullptr : points.front().data();
-    return makeCloud(first, static_cast<std::int32_t>(points.size()), 3);
 }
 
 /// makeHull(points).corners(), at half the cost if some points on the surface are no corners.

@@ -24,7 +24,7 @@ enum class HullKind : std::uint8_t
     Segment,    ///< collinear: all distinct points are vertices, no face
     Polygon,    ///< coplanar (exactly): all distinct points are vertices, two faces back to back
     Solid,      ///< spans space: faces, neighbours and start table are filled
-    Cloud       ///< not examined, see makeCloud(): all points are vertices, no face; support searches scan
+    Cloud       ///< not examined, see CloudBuilder: all points are vertices, no face; support searches scan
 };
 
 /// Optional data of a Hull.
@@ -189,6 +189,8 @@ public:
     const std::array<std::uint16_t, 6 * kCubeCells * kCubeCells>& startTable() const { return m_startTable; }
 
 private:
+    template <class>
+    friend class CloudBuilder;
     template <class>
     friend class HullBuilder;
     template <class>

@@ -1,12 +1,15 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
+#include "cullet/narrow/build/cloud_builder.h"
 #include "cullet/narrow/build/hull_builder.h"
 #include "cullet/tests/narrow/shapes.h"
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <cstring>
 #include <limits>
 #include <random>
 #include <string>
@@ -201,6 +204,86 @@ TEST(CloudHull, GivesSameSupportsAsCornerHull)
     const Hull<double> broken = makeCloud<double>({{0, 0, 0}, {infinity, 0, 0}});
     EXPECT_EQ(broken.kind(), HullKind::NotFinite);
     EXPECT_EQ(broken.vertexCount(), 0);
+}
+
+template <class S>
+void expectEqualClouds(const Hull<S>& cloud, const Hull<S>& fresh)
+{
+    ASSERT_EQ(cloud.kind(), fresh.kind());
+    ASSERT_EQ(cloud.vertexCount(), fresh.vertexCount());
+    ASSERT_EQ(cloud.paddedCount(), fresh.paddedCount());
+    EXPECT_EQ(std::memcmp(cloud.x(), fresh.x(), sizeof(S) * static_cast<std::size_t>(fresh.paddedCount())),
+              0);
+    EXPECT_EQ(std::memcmp(cloud.y(), fresh.y(), sizeof(S) * static_cast<std::size_t>(fresh.paddedCount())),
+              0);
+    EXPECT_EQ(std::memcmp(cloud.z(), fresh.z(), sizeof(S) * static_cast<std::size_t>(fresh.paddedCount())),
+              0);
+    for (std::int32_t i = 0; i < fresh.vertexCount(); ++i)
+    {
+        EXPECT_EQ(std::memcmp(cloud.lanes(i), fresh.lanes(i), 4 * sizeof(S)), 0);
+        EXPECT_EQ(cloud.sourceIndex(i), i);
+    }
+    EXPECT_EQ(cloud.centre(), fresh.centre());
+    EXPECT_EQ(cloud.radius(), fresh.radius());
+    EXPECT_EQ(cloud.reach(), fresh.reach());
+    EXPECT_EQ(cloud.isCentred(), fresh.isCentred());
+    EXPECT_EQ(std::memcmp(cloud.centreLanes(), fresh.centreLanes(), 4 * sizeof(S)), 0);
+}
+
+/// Quads of points on a ball around (0.1, 0, 0), with some zeros of either sign, and numbers that are not used.
+template <class S>
+std::vector<S> ballQuads(int count, std::mt19937& engine)
+{
+    std::vector<S> quads;
+    for (int i = 0; i < count; ++i)
+    {
+        const Eigen::Vector3d p = randomDirection(engine);
+        quads.insert(quads.end(), {S(p[0] + 0.1), i % 5 == 0 ? S(-0.0) : S(p[1]), S(p[2]),
+                                   std::numeric_limits<S>::quiet_NaN()});
+    }
+    return quads;
+}
+
+template <class S>
+void expectRefills()
+{
+    constexpr unsigned kSeed = 31;
+    SCOPED_TRACE(kSeed);
+    std::mt19937 engine(kSeed);
+    Hull<S> cloud;
+    for (const int count : {40, 40, 7, 100, 0, 33, 1})
+    {
+        SCOPED_TRACE(count);
+        std::vector<S> quads = ballQuads<S>(count, engine);
+        Hull<S> fresh;
+        CloudBuilder<S>::refill(fresh, quads.data(), count);
+        CloudBuilder<S>::refill(cloud, quads.data(), count);
+        expectEqualClouds(cloud, fresh);
+        Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+        double radius = 0.0;
+        for (std::int32_t i = 0; i < cloud.vertexCount(); ++i)
+        {
+            const S* const quad = &quads[4 * static_cast<std::size_t>(i)];
+            EXPECT_EQ(cloud.vertex(i), (Eigen::Matrix<S, 3, 1>(quad[0], quad[1], quad[2])));
+            EXPECT_FALSE(std::signbit(cloud.y()[i]) && quad[1] == 0);
+            sum += cloud.vertex(i).template cast<double>();
+            radius = std::max(radius, cloud.vertex(i).template cast<double>().norm());
+        }
+        EXPECT_EQ(cloud.radius(), radius);
+        if (count == 0)
+            continue;
+        EXPECT_EQ(cloud.centre(), Eigen::Vector3d(sum / count));
+        quads[4 * static_cast<std::size_t>(count / 2) + 2] = std::numeric_limits<S>::infinity();
+        CloudBuilder<S>::refill(cloud, quads.data(), count);
+        EXPECT_EQ(cloud.kind(), HullKind::NotFinite);
+        EXPECT_EQ(cloud.vertexCount(), 0);
+    }
+}
+
+TEST(CloudHull, HasTheBitsOfItsPointsWhenItsMemoryIsRefilled)
+{
+    expectRefills<float>();
+    expectRefills<double>();
 }
 }  // namespace
 }  // namespace cullet::test
