@@ -3,6 +3,7 @@
 #include "cullet/plugin/shapes/hull_cache.h"
 
 #include "cullet/base/held_while_forking.h"
+#include "cullet/narrow/build/cloud_builder.h"
 #include "cullet/narrow/build/hull_builder.h"
 
 #include <algorithm>
@@ -15,11 +16,6 @@ inline namespace CULLET_PRECISION
 {
 namespace
 {
-std::size_t byteCount(const btConvexHullShape& shape)
-{
-    return sizeof(btVector3) * static_cast<std::size_t>(shape.getNumPoints());
-}
-
 /// Four independent chains of multiplications, since a single chain would be bound by latency.
 std::uint64_t hashOf(const void* data, std::size_t bytes)
 {
@@ -41,16 +37,22 @@ std::uint64_t hashOf(const void* data, std::size_t bytes)
 }
 }  // namespace
 
-HullContents::HullContents(const btConvexHullShape& shape)
-    : m_pointCount(static_cast<std::size_t>(shape.getNumPoints()))
+void HullContents::assign(const btConvexHullShape& shape)
 {
-    if (m_pointCount == 0)
-        return;
-    const btScalar* const first = shape.getUnscaledPoints()->m_floats;
-    m_cloud = makeCloud(first, shape.getNumPoints(), static_cast<std::int32_t>(kScalarsPerPoint));
-    const std::size_t bytes = byteCount(shape);
-    if (m_cloud.vertexCount() == 0 || !areEqualBytes(m_cloud.lanes(0), first, bytes))
-        m_points.assign(first, first + bytes / sizeof(btScalar));
+    m_pointCount = static_cast<std::size_t>(shape.getNumPoints());
+    // Bullet returns no valid address for 0 points.
+    const btScalar* const first = m_pointCount == 0 ? nullptr : shape.getUnscaledPoints()->m_floats;
+    CloudBuilder<btScalar>::refill(m_cloud, first, shape.getNumPoints());
+    m_points.clear();
+    if (m_cloud.vertexCount() == 0 ||
+        !areEqualBytes(m_cloud.lanes(0), first, m_pointCount * sizeof(btVector3)))
+        m_points.assign(first, first + kScalarsPerPoint * m_pointCount);
+    m_twin.reset();
+}
+
+std::uint64_t HullContents::hash() const noexcept
+{
+    return m_pointCount == 0 ? 0 : hashOf(points(), m_pointCount * sizeof(btVector3));
 }
 
 std::vector<Eigen::Matrix<btScalar, 3, 1>> HullContents::xyzPoints() const
@@ -127,7 +129,7 @@ void HullCache::sweep() noexcept
     {
         const bool isUsed = !it->second || it->second->isPinned || it->second->isDeforming ||
                             it->second->references.load(std::memory_order_acquire) != 0;
-        left += isUsed ? kFixedWeight : 0;
+        left += isUsed ? kFixedWeight + (it->second ? ownWeightOf(*it->second) : 0) : 0;
         it = isUsed ? std::next(it) : m_records.erase(it);
     }
     for (auto it = m_contents.begin(); it != m_contents.end();)
@@ -141,41 +143,84 @@ void HullCache::sweep() noexcept
     m_sweepAt = std::max(kLeastAdded, left);
 }
 
-std::shared_ptr<HullContents> HullCache::contentsOf(const btConvexHullShape& shape)
+std::size_t HullCache::ownWeightOf(const HullRecord& record)
 {
-    const std::size_t bytes = byteCount(shape);
-    const std::uint64_t hash = bytes == 0 ? 0 : hashOf(shape.getUnscaledPoints(), bytes);
+    std::size_t weight = 0;
+    for (const std::shared_ptr<HullContents>& contents : {record.current, record.previous})
+        weight += contents && !contents->isShared() ? weightOf(*contents) : 0;
+    return weight;
+}
+
+std::uint64_t HullCache::ownCountOf(const HullRecord& record)
+{
+    std::uint64_t count = 0;
+    for (const std::shared_ptr<HullContents>& contents : {record.current, record.previous})
+        count += contents && !contents->isShared() ? 1 : 0;
+    return count;
+}
+
+/// Shared contents with these points, or null.
+template <class Points>
+std::shared_ptr<HullContents> HullCache::findShared(std::uint64_t hash, const Points& points) const
+{
     const auto [begin, end] = m_contents.equal_range(hash);
     for (auto it = begin; it != end; ++it)
     {
-        if (std::shared_ptr<HullContents> known = it->second.lock(); known && known->equals(shape))
+        if (std::shared_ptr<HullContents> known = it->second.lock(); known && known->equals(points))
             return known;
     }
-    auto made = std::make_shared<HullContents>(shape);
+    return nullptr;
+}
+
+/// The contents of a shape that has not been edited since its record was made.
+std::shared_ptr<HullContents> HullCache::firstContents(const btConvexHullShape& shape)
+{
+    auto made = std::make_shared<HullContents>();
+    made->assign(shape);
+    const std::uint64_t hash = made->hash();
+    if (std::shared_ptr<HullContents> known = findShared(hash, *made))
+        return known;
     m_contents.emplace(hash, made);
+    made->share();
     add(weightOf(*made));
     return made;
+}
+
+/// The contents of a shape that was edited, in the memory of those before the last ones if only this record has had
+/// them.
+///
+/// No thread reads those any more. They were replaced in the first use of the shape after the last edit but one; only
+/// uses between these two edits could still compare them with the shape, and an edit during a use is a data race of the
+/// application. The previous contents, which the same reasoning does not cover yet, become those that are kept.
+std::shared_ptr<HullContents> HullCache::editedContents(HullRecord& record, const btConvexHullShape& shape)
+{
+    std::shared_ptr<HullContents> contents = std::move(record.previous);
+    if (!contents || contents->isShared())
+    {
+        contents = std::make_shared<HullContents>();
+        add(weightOf(*contents));
+    }
+    contents->assign(shape);
+    return contents;
+}
+
+void HullCache::exchange(HullRecord& record, std::shared_ptr<HullContents> contents)
+{
+    record.previous = std::exchange(record.current, std::move(contents));
+    record.hull.store(&record.current->cloud(), std::memory_order_release);
+    record.scannedTotal.store(0, std::memory_order_relaxed);
+    record.contents.store(record.current.get(), std::memory_order_release);
+    record.revision.fetch_add(1, std::memory_order_release);
 }
 
 const Hull<btScalar>* HullCache::updateContents(HullRecord& record, const btConvexHullShape& shape,
                                                 std::uint64_t pass) noexcept
 try
 {
-    std::shared_ptr<HullContents> found;
-    {
-        const std::lock_guard<std::mutex> lock(m_mutex);
-        found = record.current && record.current->equals(shape) ? record.current : contentsOf(shape);
-    }
     const std::lock_guard<std::mutex> lock(m_mutex);
-    if (record.current != found)
-    {
-        record.previous = std::move(record.current);
-        record.current = found;
-        record.hull.store(&found->cloud(), std::memory_order_release);
-        record.scannedTotal.store(0, std::memory_order_relaxed);
-        record.contents.store(found.get(), std::memory_order_release);
-        record.revision.fetch_add(1, std::memory_order_release);
-    }
+    // Another thread may have exchanged them.
+    if (!record.current || !record.current->equals(shape))
+        exchange(record, record.current ? editedContents(record, shape) : firstContents(shape));
     record.checkedPass.store(pass, std::memory_order_release);
     return record.hull.load(std::memory_order_acquire);
 }
@@ -215,18 +260,38 @@ bool HullCache::reachesBuildCost(HullRecord& record, const Hull<btScalar>& cloud
     return before <= enough && before + scans > enough;
 }
 
+/// The contents that have the graph of some contents: shared ones with equal points, or these, which become shared.
+std::shared_ptr<HullContents> HullCache::ownerOfGraph(const std::shared_ptr<HullContents>& contents)
+{
+    if (contents->isShared())
+        return contents;
+    if (!contents->twin())
+    {
+        const std::uint64_t hash = contents->hash();
+        contents->setTwin(findShared(hash, *contents));
+        if (!contents->twin())
+        {
+            m_contents.emplace(hash, contents);
+            contents->share();
+            return contents;
+        }
+    }
+    return contents->twin();
+}
+
 /// Builds the graph of a record's contents.
 const Hull<btScalar>* HullCache::build(HullRecord& record) noexcept
 try
 {
-    std::shared_ptr<HullContents> contents;
+    std::shared_ptr<HullContents> contents, owner;
     {
         const std::lock_guard<std::mutex> lock(m_mutex);
         contents = record.current;
+        owner = ownerOfGraph(contents);
     }
     // Without the lock, so that other shapes do not wait for the graph of a large hull.
     bool isFirst;
-    const Hull<btScalar>& graph = contents->graph(isFirst);
+    const Hull<btScalar>& graph = owner->graph(isFirst);
     const std::lock_guard<std::mutex> lock(m_mutex);
     m_buildsTotal += isFirst ? 1 : 0;
     if (record.current == contents)
@@ -293,7 +358,9 @@ HullCacheStats HullCache::stats() const
     const std::lock_guard<std::mutex> lock(m_mutex);
     HullCacheStats stats;
     stats.shapes = m_records.size();
-    stats.pointSets = m_contents.size();
+    for (const auto& entry : m_records)
+        stats.graphs += entry.second ? ownCountOf(*entry.second) : 0;
+    stats.pointSets = stats.graphs + m_contents.size();
     for (const auto& entry : m_contents)
         stats.graphs += entry.second.expired() ? 0 : 1;
     stats.buildsTotal = m_buildsTotal;

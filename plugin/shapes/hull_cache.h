@@ -20,12 +20,22 @@ namespace cullet
 {
 inline namespace CULLET_PRECISION
 {
-/// A copy of the points of a btConvexHullShape, and their hull graph once it is needed. Shapes with equal points share
-/// it. The points are unscaled, so that changes of scaling or margin have no effect.
+/// A copy of the points of a btConvexHullShape, and their hull graph once it is needed. The points are unscaled, so that
+/// changes of scaling or margin have no effect.
+///
+/// Contents are shared: shapes with equal points have the same ones. Or they belong to one record, whose shape was
+/// edited; its next contents but one can then be written into them.
 class HullContents
 {
 public:
-    explicit HullContents(const btConvexHullShape& shape);
+    HullContents() = default;
+    HullContents(const HullContents&) = delete;
+    HullContents& operator=(const HullContents&) = delete;
+
+    /// Replaces the points. For as many points as before, or fewer, nothing is allocated.
+    ///
+    /// @pre not shared, and no thread reads these contents
+    void assign(const btConvexHullShape& shape);
 
     /// Compares bit by bit. Cost: one pass over the points, a nanosecond for three to ten points.
     bool equals(const btConvexHullShape& shape) const noexcept
@@ -35,6 +45,13 @@ public:
                (m_pointCount == 0 ||
                 areEqualBytes(points(), shape.getUnscaledPoints(), m_pointCount * sizeof(btVector3)));
     }
+    bool equals(const HullContents& other) const noexcept
+    {
+        return m_pointCount == other.m_pointCount &&
+               (m_pointCount == 0 ||
+                areEqualBytes(points(), other.points(), m_pointCount * sizeof(btVector3)));
+    }
+    std::uint64_t hash() const noexcept;
     /// The points without a graph, for support searches.
     const Hull<btScalar>& cloud() const noexcept { return m_cloud; }
     std::size_t pointCount() const noexcept { return m_pointCount; }
@@ -43,6 +60,13 @@ public:
     /// @param isFirst [out] true if this call has built it
     const Hull<btScalar>& graph(bool& isFirst);
 
+    bool isShared() const noexcept { return m_isShared; }
+    /// From now on other records may use these contents, which do not change any more.
+    void share() noexcept { m_isShared = true; }
+    /// Shared contents with equal points that have the graph; null: these contents have it.
+    const std::shared_ptr<HullContents>& twin() const noexcept { return m_twin; }
+    void setTwin(std::shared_ptr<HullContents> twin) noexcept { m_twin = std::move(twin); }
+
 private:
     static constexpr std::size_t kScalarsPerPoint = sizeof(btVector3) / sizeof(btScalar);
 
@@ -50,11 +74,13 @@ private:
     const btScalar* points() const noexcept { return m_points.empty() ? m_cloud.lanes(0) : m_points.data(); }
     std::vector<Eigen::Matrix<btScalar, 3, 1>> xyzPoints() const;
 
-    std::size_t m_pointCount;
+    std::size_t m_pointCount = 0;
     Hull<btScalar> m_cloud;
     std::vector<btScalar> m_points;  ///< empty if the cloud's lanes have the same bits
     std::once_flag m_isBuilt;
     Hull<btScalar> m_graph;
+    bool m_isShared = false;
+    std::shared_ptr<HullContents> m_twin;
 };
 
 /// The cached data of the shape at one address.
@@ -69,16 +95,18 @@ struct HullRecord
     std::atomic<std::uint32_t> scannedTotal{0};  ///< scans of these contents without a graph
     std::atomic<bool> isPinned{false};           ///< prepare()
     std::atomic<bool> isDeforming{false};        ///< setDeforming()
-    /// The current contents, and the previous ones, which another thread may still be reading.
+    /// The current contents, and the previous ones, which another thread may still be comparing with the edited shape.
     std::shared_ptr<HullContents> current, previous;
 };
 
 /// Hull graphs of Bullet's hull shapes, shared by all pairs and worlds of the process.
 ///
-/// There are two levels: a record per shape address, reference-counted by the pairs that use it, and the contents,
-/// found by a hash of the points. A record is valid only after the shape's points have been compared with its
-/// contents; so a shape that was edited in place, or another one at a reused address, is never confused with the old
-/// one. Records that no pair uses are kept until as much has been added as was in use before, and at least
+/// There are two levels: a record per shape address, reference-counted by the pairs that use it, and the contents. A
+/// record is valid only after the shape's points have been compared with its contents; so a shape that was edited in
+/// place, or another one at a reused address, is never confused with the old one. The first contents of a record are
+/// found by a hash of the points. Those of an edited shape are its own until it needs a graph, and an edit later but
+/// one is written into their memory: for a shape whose points are rewritten in every step nothing is hashed or
+/// allocated. Records that no pair uses are kept until as much has been added as was in use before, and at least
 /// kLeastAdded, since pairs change more often than shapes. So the cache keeps at most about 100 MB, or twice what was
 /// in use at one time. It does not use Bullet's user pointers and indices.
 ///
@@ -166,6 +194,9 @@ private:
     /// Size of a record, or of contents without their points, in units of a graph's point: 450 bytes each.
     static constexpr std::size_t kFixedWeight = 32;
     static std::size_t weightOf(const HullContents& contents) { return kFixedWeight + contents.pointCount(); }
+    /// The contents that belong to a record alone.
+    static std::size_t ownWeightOf(const HullRecord& record);
+    static std::uint64_t ownCountOf(const HullRecord& record);
     static constexpr std::size_t kLeastAdded = std::size_t(1) << 18;
 
     HullCache() = default;
@@ -177,13 +208,19 @@ private:
     const Hull<btScalar>* cloudOrGraph(HullRecord& record, const Hull<btScalar>& cloud) noexcept;
     const Hull<btScalar>* updateContents(HullRecord& record, const btConvexHullShape& shape,
                                          std::uint64_t pass) noexcept;
-    std::shared_ptr<HullContents> contentsOf(const btConvexHullShape& shape);
+    void exchange(HullRecord& record, std::shared_ptr<HullContents> contents);
+    template <class Points>
+    std::shared_ptr<HullContents> findShared(std::uint64_t hash, const Points& points) const;
+    std::shared_ptr<HullContents> firstContents(const btConvexHullShape& shape);
+    std::shared_ptr<HullContents> editedContents(HullRecord& record, const btConvexHullShape& shape);
+    std::shared_ptr<HullContents> ownerOfGraph(const std::shared_ptr<HullContents>& contents);
     void add(std::size_t weight) noexcept;
     void sweep() noexcept;
 
     mutable std::mutex m_mutex;
     std::unordered_map<const btConvexHullShape*, std::unique_ptr<HullRecord>> m_records;
-    std::unordered_multimap<std::uint64_t, std::weak_ptr<HullContents>> m_contents;
+    std::unordered_multimap<std::uint64_t, std::weak_ptr<HullContents>>
+        m_contents;                 ///< the shared ones, by hash
     std::size_t m_addedWeight = 0;  ///< total weight since the last sweep
     std::size_t m_sweepAt = kLeastAdded;
     std::atomic<std::uint64_t> m_buildsTotal{0};

@@ -47,6 +47,28 @@ TEST(IsaGjkMemory, IsNotAllocatedByConstructorDestructorOrWarmStep)
     EXPECT_EQ(bench.registration->stats().depthsTotal, 2u);
 }
 
+TEST(IsaGjkMemory, IsNotAllocatedWhenPointsAreRewrittenInEveryStep)
+{
+    const auto hull = makeHullShape(ballPoints(40, 0.5, 1));
+    hull->addPoint(vec(0, -0.6, 0));
+    btBoxShape ground(vec(5, 0.5, 5));
+    ConvexBench bench;
+    ConvexPairProbe probe(bench.dispatcher, *hull, ground);
+    std::uint64_t before = 0;
+    for (int i = 0; i < 60; ++i)
+    {
+        for (int k = 0; k < hull->getNumPoints(); ++k)
+            hull->getUnscaledPoints()[k] *= btScalar(i % 2 == 0 ? 1.003 : 0.997);
+        // The first points may be shared, and two sets of own points follow.
+        if (i == 3)
+            before = newCount();
+        probe.place(vec(0, i % 3 == 0 ? 1.05 : 1.15, 0), vec(0, 0, 0));
+        EXPECT_EQ(probe.step()->getNumContacts(), 1);
+    }
+    EXPECT_EQ(newCount(), before);
+    EXPECT_GT(bench.registration->stats().touchingTotal, 50u);
+}
+
 TEST(IsaGjkFallback, CountsPairAndLeavesItToBulletWhenGraphAllocationFails)
 {
     const auto cube = makeHullShape(boxPoints(0.5, 0.5, 0.5));
