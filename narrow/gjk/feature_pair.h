@@ -464,7 +464,12 @@ private:
             return other == vertex || other == but || other == alsoExcept ||
                    (rise < 0.0 && rise * rise > slope2 * way.squaredNorm());
         };
-        return allOfNeighbours<S>(side.hull(), vertex, local, slope, 0.0, isBehind);
+        if (!isCloud(side) || !side.hull().pointBlocks().isEmpty())
+            return allOfNeighbours<S>(side.hull(), vertex, local, slope, 0.0, isBehind);
+        // Most points are farther behind than rounding and the slope.
+        const double sure = (32.0 * double(std::numeric_limits<S>::epsilon()) + 4.0 * slope) *
+                            side.hull().radius() * local.cwiseAbs().sum();
+        return isTrueNear<S>(side.hull(), local.template cast<S>(), vertex, static_cast<S>(sure), isBehind);
     }
 
     static Vector localPoint(const Side& side, std::int32_t vertex)

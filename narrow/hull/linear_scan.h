@@ -70,6 +70,30 @@ struct LaneDirection
     typename Lanes<S>::Vector x, y, z;
 };
 
+/// Whether visit(vertex) is true for all vertices whose product with a direction is not below that of one vertex by more
+/// than `drop`; a NaN is not.
+/// Cost: O(n) without a branch, and the visits.
+template <class S, class Visit>
+bool isTrueNear(const Hull<S>& hull, const Eigen::Matrix<S, 3, 1>& direction, std::int32_t from, S drop,
+                const Visit& visit)
+{
+    using L = Lanes<S>;
+    const LaneDirection<S> d(direction);
+    const typename L::Vector low = L::fill(supportProduct(hull, from, direction) - drop);
+    for (std::int32_t i = 0; i < hull.paddedCount(); i += L::kWidth)
+    {
+        const typename L::Vector products =
+            L::load(hull.x() + i) * d.x + L::load(hull.y() + i) * d.y + L::load(hull.z() + i) * d.z;
+        for (unsigned high = laneBits(products < low) ^ ((1u << L::kWidth) - 1); high != 0; high &= high - 1)
+        {
+            const std::int32_t vertex = i + __builtin_ctz(high);
+            if (vertex < hull.vertexCount() && !visit(vertex))
+                return false;
+        }
+    }
+    return true;
+}
+
 /// The largest product of a direction and a vertex, without the vertex and without a branch. Cost: O(n).
 template <class S>
 [[gnu::always_inline]] inline S largestProduct(const Hull<S>& hull, const LaneDirection<S>& d)

@@ -2,7 +2,10 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include "cullet/narrow/hull/block_scan.h"
+#include "cullet/narrow/hull/corner_projection.h"
 #include "cullet/narrow/hull/hull.h"
+#include "cullet/narrow/hull/linear_scan.h"
 #include "cullet/narrow/hull/support.h"
 #include "cullet/narrow/math/debug_containers.h"
 #include "cullet/narrow/math/exact_orientation.h"
@@ -64,9 +67,6 @@ bool findClearFace(const Hull<S>& cloud, std::array<std::int32_t, 3> corners, Cl
     const double least = face.area2 / longest, height = face.normal.dot(a);
     // 16 eps R and an allowance for the rounding of heights.
     const double level = 24.0 * double(std::numeric_limits<S>::epsilon()) * cloud.radius();
-    // First a conservative bound for all points, which vectorises.
-    const typename Hull<S>::Vector n = face.normal.template cast<S>();
-    const S low = static_cast<S>(height - level * (1.0 + 2.0 * cloud.radius() / least));
     const auto isClear = [&](std::int32_t i)
     {
         const Vector p = point(i);
@@ -74,25 +74,25 @@ bool findClearFace(const Hull<S>& cloud, std::array<std::int32_t, 3> corners, Cl
         return below > level * (1.0 + (p - a).norm() / least) ||
                std::find(corners.begin(), corners.end(), i) != corners.end();
     };
+    const typename Hull<S>::Vector n = face.normal.template cast<S>();
+    const double reach = cloud.radius() / least;
     if (!cloud.pointBlocks().isEmpty())
-        return BlockScan<S>(cloud.pointBlocks(), n).allAbove(low, isClear);
-    std::int32_t count = 0;
-    for (std::int32_t i = 0; i < cloud.vertexCount(); ++i)
-        count += cloud.x()[i] * n[0] + cloud.y()[i] * n[1] + cloud.z()[i] * n[2] > low ? 1 : 0;
-    for (std::int32_t i = 0; count > 3 && i < cloud.vertexCount(); ++i)
     {
-        if (!isClear(i))
-            return false;
+        const S low = static_cast<S>(height - level * (1.0 + 2.0 * reach));
+        return BlockScan<S>(cloud.pointBlocks(), n).allAbove(low, isClear);
     }
-    return true;
+    // Most points are farther below than the least for any point, and than the rounding of two products.
+    const double sure = level * (2.0 + 2.0 * reach);
+    return isTrueNear<S>(cloud, n, corners[0], static_cast<S>(sure), isClear);
 }
 
-/// The faces around a vertex of a Cloud, by gift wrapping (Chand and Kapur 1970, "An Algorithm for Convex Polytopes").
+/// The faces around a vertex of a Cloud, by a CornerProjection; where that shows no clear faces, by gift wrapping (Chand
+/// and Kapur 1970, "An Algorithm for Convex Polytopes").
 ///
 /// Known only where findClearFace() accepts all of them, and no two have equal areas: then they equal Hull::facesOf(),
-/// in the same order.
+/// in the same order. Either way finds the same faces: a cycle of clear faces around the vertex is all of them.
 ///
-/// Cost: O(n) for each of its faces, 3 us for 32 points; no allocation.
+/// Cost: O(n) for each of its faces, 1 us for 32 points; no allocation.
 template <class S>
 class VertexFan
 {
@@ -100,7 +100,9 @@ public:
     /// @param outward in the frame of the points, of any length; the vertex is the support point along it
     VertexFan(const Hull<S>& cloud, std::int32_t vertex, const Eigen::Vector3d& outward)
     {
-        if (cloud.vertexCount() < 4 || cloud.vertexCount() > kMaxPoints || !wrap(cloud, vertex, outward))
+        if (cloud.vertexCount() < 4 || cloud.vertexCount() > kMaxPoints)
+            return;
+        if (!project(cloud, vertex, outward) && !wrap(cloud, vertex, outward))
             m_count = 0;
     }
 
@@ -113,11 +115,32 @@ private:
 
     /// For more points, a face costs more than a support search on a graph.
     static constexpr std::int32_t kMaxPoints = 4096;
-    static constexpr std::size_t kMaxFaces = 16;
+    static constexpr std::size_t kMaxFaces = CornerProjection<S>::kMostEdges;
     static constexpr int kMaxPivots = 64;
+
+    /// Tests the edges that a projection along the way from the centre shows, or along the direction outward.
+    bool project(const Hull<S>& cloud, std::int32_t vertex, const Vector& outward)
+    {
+        const Vector fromCentre = unitOf(point(cloud, vertex) - cloud.centre());
+        return addFaces(cloud, vertex, CornerProjection<S>(cloud, vertex, fromCentre)) ||
+               addFaces(cloud, vertex, CornerProjection<S>(cloud, vertex, unitOf(outward)));
+    }
+
+    bool addFaces(const Hull<S>& cloud, std::int32_t vertex, const CornerProjection<S>& edges)
+    {
+        m_count = 0;
+        for (const std::int32_t& from : edges)
+        {
+            const std::int32_t to = &from + 1 == edges.end() ? *edges.begin() : *(&from + 1);
+            if (!findClearFace(cloud, {vertex, from, to}, m_faces[m_count++]))
+                return false;
+        }
+        return m_count > 2 && sortByArea();
+    }
 
     bool wrap(const Hull<S>& cloud, std::int32_t vertex, const Vector& outward)
     {
+        m_count = 0;
         if (outward.isZero(0.0))
             return false;
         // A line through the vertex in its supporting plane.

@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 #include "cullet/narrow/build/hull_builder.h"
+#include "cullet/narrow/hull/corner_projection.h"
 #include "cullet/narrow/hull/vertex_fan.h"
 #include "cullet/tests/narrow/shapes.h"
 
@@ -103,6 +104,66 @@ TYPED_TEST(VertexFanTest, HasTheFacesOfTheHullOrIsNotKnown)
     EXPECT_GT(known[4], 100);
     EXPECT_LT(known[4], asked[4]);
     EXPECT_GT(asked[3], 1000);
+}
+
+/// The ends of the edges at a vertex, ascending.
+template <class S>
+std::vector<std::int32_t> endsOfEdges(const Hull<S>& hull, std::int32_t vertex)
+{
+    std::vector<std::int32_t> ends;
+    for (const auto& edge : hull.edges())
+    {
+        if (edge.from == vertex || edge.to == vertex)
+            ends.push_back(hull.sourceIndex(edge.from == vertex ? edge.to : edge.from));
+    }
+    std::sort(ends.begin(), ends.end());
+    return ends;
+}
+
+TYPED_TEST(VertexFanTest, HasItsEdgesShownByAProjectionFromTheCentre)
+{
+    using S = TypeParam;
+    constexpr unsigned kSeed = 30;
+    SCOPED_TRACE(kSeed);
+    std::mt19937 engine(kSeed);
+    int shown[2] = {}, asked[2] = {};
+    for (int i = 0; i < 200; ++i)
+    {
+        const int kind = i % 2;
+        const PointsOf<S> points = fanPoints<S>(kind, 4 + i % 60, 0.0, engine);
+        const Hull<S> hull = makeCornerHull(points), cloud = makeCloud(points);
+        for (std::int32_t v = 0; v < hull.vertexCount(); ++v)
+        {
+            const std::int32_t vertex = hull.sourceIndex(v);
+            const Eigen::Vector3d way = cloud.vertex(vertex).template cast<double>() - cloud.centre();
+            const CornerProjection<S> projection(cloud, vertex, way.normalized());
+            std::vector<std::int32_t> ends(projection.begin(), projection.end());
+            std::sort(ends.begin(), ends.end());
+            ++asked[kind];
+            shown[kind] += ends == endsOfEdges(hull, v) ? 1 : 0;
+        }
+    }
+    // Some corners, more of a rough ball, are not the farthest points along the way from the centre.
+    EXPECT_GT(shown[0], asked[0] * 8 / 10) << asked[0];
+    EXPECT_GT(shown[1], asked[1] / 2) << asked[1];
+    EXPECT_GT(asked[1], 1000);
+}
+
+TYPED_TEST(VertexFanTest, HasNoEdgesInAProjectionWithPointsLevelOrAbove)
+{
+    using S = TypeParam;
+    const PointsOf<S> octahedron = {{1, 0, 0}, {-1, 0, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}, {0, 1, 0}};
+    const Hull<S> cloud = makeCloud(octahedron);
+    const auto count = [&](const Eigen::Vector3d& axis)
+    {
+        const CornerProjection<S> projection(cloud, 5, axis);
+        return projection.end() - projection.begin();
+    };
+    EXPECT_EQ(count(Eigen::Vector3d::UnitY()), 4);
+    EXPECT_EQ(count(Eigen::Vector3d(1, 2, 0).normalized()), 4);
+    EXPECT_EQ(count(Eigen::Vector3d(1, 1, 0).normalized()), 0);
+    EXPECT_EQ(count(-Eigen::Vector3d::UnitY()), 0);
+    EXPECT_EQ(count(Eigen::Vector3d::Zero()), 0);
 }
 
 TYPED_TEST(VertexFanTest, IsNotKnownWhenPointsSpanNoVolume)
