@@ -374,8 +374,8 @@ bool IsaGjkAlgorithm::collide(const ConvexPair& pair, const btDispatcherInfo& in
 }
 
 /// Distance or depth of two polytopes, determined by shapes and poses alone. Cached state only selects the start of the
-/// search; the result is used if every start leads to it. Otherwise a search from scratch follows, for hulls without
-/// graphs after their graphs were built.
+/// search; the result is used if every start leads to it. Otherwise a search from scratch follows, and for hulls without
+/// graphs a third one, after their graphs were built.
 ///
 /// @param failed see isaGjk()
 /// @param touch  [out] valid for Near and Overlapping
@@ -409,8 +409,11 @@ GjkState IsaGjkAlgorithm::search(const ConvexPair& pair, ConvexCores& cores, btS
             countContact();
         if (isDone || (isColdStart && !mayBuild))
             return found.state;
-        if (std::exchange(mayBuild, false) && !cores.buildGraphs(pair, m_hulls, pass))
+        // A search from scratch is often settled where one from the features of edited points is not.
+        const bool needsGraph = mayBuild && (isColdStart || m_isSettled);
+        if (needsGraph && !cores.buildGraphs(pair, m_hulls, pass))
             return GjkState::NotConverged;
+        mayBuild = mayBuild && !needsGraph;
         forget();
         test = AxisTest<btScalar>();
         isColdStart = true;

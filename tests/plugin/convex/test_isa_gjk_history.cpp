@@ -5,6 +5,7 @@
 #include <BulletCollision/CollisionShapes/btTriangleShape.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <random>
@@ -358,6 +359,26 @@ private:
     std::unique_ptr<btConvexHullShape> m_unknown;
     ConvexBench m_bench;
 };
+
+/// Of points drawn anew in every step, the features that were deepest in the last step say nothing.
+TEST(IsaGjkGraphs, AreSeldomBuiltForDeepHullsWhosePointsAreDrawnAnew)
+{
+    constexpr int kPoints = 100, kSteps = 400;
+    const auto hull = makeHullShape(ballPoints(kPoints, 0.5, 1));
+    btBoxShape ground(vec(5, 0.5, 5));
+    ConvexBench bench;
+    ConvexPairProbe probe(bench.dispatcher, *hull, ground);
+    const std::uint64_t before = hullCacheStats().buildsTotal;
+    for (unsigned step = 0; step < kSteps; ++step)
+    {
+        const std::vector<btVector3> points = ballPoints(kPoints, 0.5, 100 + step);
+        std::copy(points.begin(), points.end(), hull->getUnscaledPoints());
+        probe.place(vec(0, 0.85, 0), vec(0, 0, 0));
+        EXPECT_GE(probe.step()->getNumContacts(), 1);
+    }
+    EXPECT_GT(bench.registration->stats().depthsTotal, kSteps * 9u / 10);
+    EXPECT_LE(hullCacheStats().buildsTotal - before, 8u);
+}
 
 TEST(IsaGjkGraphs, ChangeNoBitOfContacts)
 {
