@@ -13,10 +13,13 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <atomic>
+#include <chrono>
 #include <cstdint>
 #include <functional>
 #include <ostream>
 #include <string>
+#include <thread>
 #include <vector>
 
 namespace cullet::test
@@ -193,6 +196,39 @@ TEST(QueryIndexSync, MissesNoOverlapWhenOtherThreadQueriesWhileTreesChange)
         ASSERT_EQ(wrongOfOther, 0u);
     }
     EXPECT_GT(after, 3u) << "hardly anything was allocated";
+}
+
+TEST(QueryIndexSync, LetsNoThreadReadTotalsWhileTreesChange)
+{
+    using Total = std::uint64_t (QueryIndex::*)() const;
+    for (const Total total :
+         {&QueryIndex::bytes, &QueryIndex::buildsTotal, &QueryIndex::syncsTotal, &QueryIndex::builtRowsTotal})
+    {
+        ChangedTable world;
+        world.changeAll();
+        std::atomic<bool> isRead{false};
+        bool wasReadTooEarly = false;
+        std::thread reader;
+        // The first allocation of this query is one of the trees, under their lock.
+        const std::function<void()> readElsewhere = [&]
+        {
+            reader = std::thread(
+                [&]
+                {
+                    (world.index.*total)();
+                    isRead = true;
+                });
+            std::this_thread::sleep_for(std::chrono::milliseconds(50));
+            wasReadTooEarly = isRead;
+        };
+        {
+            const OneNewCalls call(0, readElsewhere);
+            world.syncOnce();
+            ASSERT_TRUE(call.hasHappened());
+        }
+        reader.join();
+        EXPECT_FALSE(wasReadTooEarly);
+    }
 }
 }  // namespace
 }  // namespace cullet::test

@@ -305,6 +305,39 @@ TEST(BoxStream, RefusesIdsThatAreNotThereAndEventsThatAreCutOff)
     }
 }
 
+TEST(BoxStream, RefusesEveryKindOfEventCutOffAtAnyByte)
+{
+    const Bytes again = {0xff, 0xff, 0xff, 0xff};
+    Bytes create = {1};
+    create.resize(1 + 12 + 24);
+    // Destroy, Set, SetSame and Filter of the box just created, with the bytes that follow their code.
+    const std::vector<std::pair<std::uint8_t, std::size_t>> kinds = {{2, 4}, {3, 4 + 24}, {4, 4}, {5, 12}};
+    BoxStreamInfo info;
+    info.events = 2;
+    info.ids = 1;
+    const auto errorOf = [&](const Bytes& events) { return readAll(hostile({events}, info)); };
+    for (std::size_t size = 1; size < create.size(); ++size)
+    {
+        const Bytes cut(create.begin(), create.begin() + static_cast<std::ptrdiff_t>(size));
+        EXPECT_NE(errorOf(cut).find("cut off"), std::string::npos) << size << " bytes of Create";
+    }
+    for (const auto& [code, size] : kinds)
+    {
+        Bytes whole = create;
+        whole.push_back(code);
+        whole.insert(whole.end(), again.begin(), again.end());
+        whole.resize(create.size() + 1 + size);
+        EXPECT_EQ(errorOf(whole), "") << "code " << int(code);
+        for (std::size_t left = 0; left < size; ++left)
+        {
+            Bytes cut = whole;
+            cut.resize(create.size() + 1 + left);
+            EXPECT_NE(errorOf(cut).find("cut off"), std::string::npos)
+                << left << " bytes after code " << int(code);
+        }
+    }
+}
+
 TEST(BoxStream, RejectsCountsAndBlockSizesThatFileOnlyClaims)
 {
     BoxStreamInfo info;
