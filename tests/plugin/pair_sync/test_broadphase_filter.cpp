@@ -106,6 +106,28 @@ TEST(BroadphaseFilter, ReevaluatesRefusedPairOnlyWhenBoxLeavesItsSkin)
     EXPECT_EQ(stockAsked.back(), 3);
 }
 
+TEST(BroadphaseFilter, ReevaluatesRefusedPairWhenBoxLeavesItsSkinThoughAnotherWasRefusedMeanwhile)
+{
+    BroadphaseOptions options = bruteOptions();
+    options.margin = 1;
+    Broadphase broadphase(options);
+    CountingFilter filter(kNo);
+    broadphase.getOverlappingPairCache()->setOverlapFilterCallback(&filter);
+    addCube(broadphase, vec(0, 0, 0), 5);
+    btBroadphaseProxy* mover = addCube(broadphase, vec(5, 0, 0));
+    btBroadphaseProxy* late = addCube(broadphase, vec(50, 0, 0));
+    broadphase.calculateOverlappingPairs(nullptr);
+    EXPECT_EQ(filter.askedCount, 1);
+    moveCube(broadphase, mover, vec(5, 0.75, 0));
+    moveCube(broadphase, late, vec(5.75, 0.75, 0));
+    broadphase.calculateOverlappingPairs(nullptr);
+    EXPECT_EQ(filter.askedCount, 2) << "the pair of both cubes that moved";
+    moveCube(broadphase, mover, vec(5, 1.625, 0));
+    broadphase.calculateOverlappingPairs(nullptr);
+    EXPECT_EQ(filter.askedCount, 4) << "both pairs of the cube that has moved by more than the margin";
+    broadphase.getOverlappingPairCache()->setOverlapFilterCallback(nullptr);
+}
+
 TEST(BroadphaseFilter, DoesNotReevaluateRefusedPairWhileNothingMoves)
 {
     Broadphase broadphase(bruteOptions());

@@ -275,5 +275,31 @@ TEST(BroadphaseGhosts, HaveAtLeastTheirExactOverlapsAtAnyTime)
     EXPECT_GT(overlapCount, 10000);
     EXPECT_GT(scene.callback.removedCount, 100);
 }
+
+TEST(BroadphaseGhosts, DoNotAskFilterAgainForRefusedBodyWithinItsSkin)
+{
+    struct Refusal final : btOverlapFilterCallback
+    {
+        bool needBroadphaseCollision(btBroadphaseProxy*, btBroadphaseProxy*) const override
+        {
+            ++askedCount;
+            return false;
+        }
+        mutable int askedCount = 0;
+    } filter;
+    GhostWorld scene;
+    scene.world.getPairCache()->setOverlapFilterCallback(&filter);
+    scene.add<btCollisionObject>(vec(0, 0, 0));
+    auto* ghost = scene.add<btGhostObject>(vec(0.5, 0, 0));
+    scene.broadphase.calculateOverlappingPairs(&scene.dispatcher);
+    const int before = filter.askedCount;
+    EXPECT_GE(before, 1);
+    for (const double x : {0.51, 0.52, 0.48})
+        scene.move(ghost, vec(x, 0, 0));
+    EXPECT_EQ(filter.askedCount, before);
+    scene.move(ghost, vec(0.7, 0, 0));
+    EXPECT_EQ(filter.askedCount, before + 1) << "beyond the margin";
+    scene.world.getPairCache()->setOverlapFilterCallback(nullptr);
+}
 }  // namespace
 }  // namespace cullet::test

@@ -274,4 +274,45 @@ TEST(DebugDraw, IgnoresProxiesOfAnotherBroadphaseInCache)
         cache.removeOverlappingPair(cache.getOverlappingPairArray()[0].m_pProxy0,
                                     cache.getOverlappingPairArray()[0].m_pProxy1, nullptr);
 }
+
+TEST(DebugDraw, PassesLeastCornerOfEachBoxFirst)
+{
+    struct BoxCollector final : LineCollector
+    {
+        void drawAabb(const btVector3& from, const btVector3& to, const btVector3&) override
+        {
+            ++boxCount;
+            for (int axis = 0; axis < 3; ++axis)
+                EXPECT_LE(from[axis], to[axis]) << "box " << boxCount;
+        }
+        int boxCount = 0;
+    };
+    GridOptions grid;
+    grid.flatLimit = 0;
+    grid.cellScale = 3;
+    const Field field(grid);
+    BoxCollector bodies, cells;
+    field.broadphase.debugDraw(bodies, only(true, false, false));
+    field.broadphase.debugDraw(cells, only(false, true, false));
+    EXPECT_EQ(bodies.boxCount, 1000);
+    EXPECT_GT(cells.boxCount, 20);
+}
+
+TEST(DebugDraw, ColoursNoBoxByPairOfAnotherBroadphaseInCache)
+{
+    btHashedOverlappingPairCache cache;
+    Broadphase broadphase(&cache, bruteOptions());
+    Broadphase other(bruteOptions());
+    for (const double x : {0.0, 5.0})
+        addCube(broadphase, vec(x, 0, 0));
+    btBroadphaseProxy* const a = addCube(other, vec(0, 0, 0));
+    btBroadphaseProxy* const b = addCube(other, vec(0, 0, 0));
+    broadphase.calculateOverlappingPairs(nullptr);
+    cache.addOverlappingPair(a, b);
+    const std::vector<Line> boxes = draw(broadphase, only(true, false, false));
+    cache.removeOverlappingPair(a, b, nullptr);
+    ASSERT_EQ(boxes.size(), 24u);
+    for (const Line& line : boxes)
+        EXPECT_EQ(line.color, DebugDrawOptions().boxColor);
+}
 }  // namespace cullet::test
