@@ -265,6 +265,41 @@ TEST(BodyMotions, PauseLongerEachTimeTheyAreUnused)
     EXPECT_LT(waited, 26);
 }
 
+TEST(BodyMotions, PauseEachBodyAsLongInManyRangesAsInOne)
+{
+    constexpr unsigned kSeed = 5;
+    std::mt19937 engine(kSeed);
+    btSphereShape sphere(1);
+    std::vector<btCollisionObject> bodies(101);
+    BodyMotions whole, divided;
+    for (btCollisionObject& body : bodies)
+    {
+        body.setCollisionShape(&sphere);
+        body.setWorldTransform(btTransform::getIdentity());
+        ASSERT_EQ(whole.acquire(body), divided.acquire(body));
+    }
+    const std::size_t count = whole.size();
+    std::uint64_t pass = std::uint64_t(1) << 42;
+    int paused = 0, ended = 0;
+    for (int update = 0; update < 150; ++update)
+    {
+        const bool wasPaused = whole.isPaused(0);
+        whole.update(0, count, ++pass, false);
+        for (std::size_t begin = 0, end = 0; begin < count; begin = end)
+        {
+            end = std::min<std::size_t>(count, begin + 1 + engine() % 20);
+            divided.update(begin, end, pass, false);
+        }
+        for (std::uint32_t place = 0; place < count; ++place)
+            ASSERT_EQ(whole.isPaused(place), divided.isPaused(place))
+                << "seed " << kSeed << ", update " << update << ", place " << place;
+        paused += whole.isPaused(0);
+        ended += wasPaused && !whole.isPaused(0);
+    }
+    EXPECT_GT(paused, 100);
+    EXPECT_GE(ended, 2);
+}
+
 TEST(BodyMotions, ServeOneCacheAtATimeAndReuseTheirPlaces)
 {
     btSphereShape sphere(1);

@@ -67,6 +67,23 @@ TEST(PairCacheCost, KeepsProbesShortForHubAndForGridOfIds)
     expectShortProbes(square, 350 * 350);
 }
 
+TEST(PairCacheCost, ReachesLoadOfSevenTenthsBeforeItMakesRoom)
+{
+    PairCache cache;
+    Proxies proxies(2000);
+    std::uint64_t rehashes = 0;
+    for (std::size_t i = 1; i < proxies.size(); ++i)
+    {
+        const PairCacheStats before = cache.stats();
+        cache.addPairUnfiltered(proxies[0], proxies[i]);
+        if (cache.stats().rehashes == before.rehashes || before.pairs == 0)
+            continue;
+        ++rehashes;
+        EXPECT_DOUBLE_EQ(before.load, 0.7) << before.pairs << " pairs in " << before.slots << " slots";
+    }
+    EXPECT_GE(rehashes, 3u);
+}
+
 TEST(PairCacheCost, VisitsOnlyOwnPairsOfRemovedProxies)
 {
     PairCache cache;

@@ -241,5 +241,24 @@ TEST(PairCache, ProcessesNestedOrderedPassesCorrectlyAfterChanges)
             cache.removeOverlappingPair(proxies[3], proxies[7], nullptr);
     }
 }
+
+TEST(PairCache, VisitsNoLeavingPairInOrderedPassOfItsGhostCallback)
+{
+    PairCache cache;
+    Proxies proxies(5);
+    addAllPairs(cache, proxies, 5);
+    Visit before(keep), during(keep);
+    cache.processAllOverlappingPairs(&before, nullptr, deterministic());
+    GhostLog ghosts;
+    ghosts.onRemove = [&](btBroadphaseProxy*, btBroadphaseProxy*)
+    { cache.processAllOverlappingPairs(&during, nullptr, deterministic()); };
+    cache.setInternalGhostPairCallback(&ghosts);
+    cache.removeOverlappingPair(proxies[1], proxies[3], nullptr);
+    EXPECT_EQ(ghosts.removed, (std::vector<RowPair>{{2, 4}}));
+    std::vector<RowPair> expected = before.visited;
+    ASSERT_EQ(expected.size(), 10u);
+    expected.erase(std::find(expected.begin(), expected.end(), RowPair{2, 4}));
+    EXPECT_EQ(during.visited, expected);
+}
 }  // namespace
 }  // namespace cullet::test
