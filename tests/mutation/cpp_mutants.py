@@ -5,7 +5,7 @@
 comparison, arithmetic, bits      another operator
 condition, logic                  a condition negated, never or always true; an operand of && and || dropped
 constant                          a literal or a kName off by one, doubled, halved
-arguments, order                  two arguments, or two statements of the same variable, swapped
+arguments, order                  two arguments swapped, or two statements one of which changes what the other uses
 statement                         a call, an assignment or a jump dropped
 lock, memory-order                a mutex of no other thread; relaxed (visible to ThreadSanitizer, seldom to a test)
 """
@@ -14,6 +14,7 @@ import re
 from dataclasses import dataclass
 
 from cpp_code import Code
+from cpp_effects import Effects
 from cpp_tokens import tokenize
 
 PRECEDENCE = {
@@ -319,9 +320,8 @@ class Finder:
         before = self.tokens[first[0] - 1]
         if before.text in (")", "else", "do", ":"):
             return
-        names = [{self.tokens[index].text for index in range(*part) if self.tokens[index].kind == "name"}
-                 for part in (first, second)]
-        if not names[0] & names[1] or self.tokens[second[1]].end - self.tokens[first[0]].begin > LONGEST:
+        if self.tokens[second[1]].end - self.tokens[first[0]].begin > LONGEST or \
+                not Effects(self.code, *first).depend_on(Effects(self.code, *second)):
             return
         texts = [self.text(part[0], part[1] + 1) for part in (first, second)]
         self.add("order", first[0], second[1] + 1, " ".join(texts), " ".join(reversed(texts)),

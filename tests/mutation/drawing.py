@@ -11,7 +11,9 @@ from pathlib import Path
 from cpp_mutants import mutants_of
 from cpp_tokens import SourceError
 
-FOLDERS = ("broad", "narrow", "plugin", "cuda")
+FOLDERS = ("base", "broad", "narrow", "plugin", "cuda")
+# No test runs the sources of cuda/ without a GPU.
+DEFAULT_FOLDERS = ("broad", "narrow", "plugin")
 SUFFIXES = (".h", ".inl", ".cpp")
 # Only ThreadSanitizer sees these; --kinds has them too.
 DEFAULT_KINDS = (
@@ -28,10 +30,10 @@ def wildcard(pattern):
 
 def source_files(root, globs):
     files = []
-    for folder in ("base", *FOLDERS):
+    for folder in FOLDERS:
         for path in sorted((root / folder).rglob("*")):
             name = path.relative_to(root).as_posix()
-            is_chosen = any(wildcard(glob).match(name) for glob in globs) if globs else folder in FOLDERS
+            is_chosen = any(wildcard(glob).match(name) for glob in globs) if globs else folder in DEFAULT_FOLDERS
             if path.suffix in SUFFIXES and is_chosen:
                 files.append(name)
     return files
@@ -39,7 +41,7 @@ def source_files(root, globs):
 
 def changed_lines(root, revision):
     """{file: line numbers} of what differs from the revision."""
-    output = subprocess.run(["git", "-C", str(root), "diff", "-U0", "--no-color", revision, "--", *FOLDERS, "base"],
+    output = subprocess.run(["git", "-C", str(root), "diff", "-U0", "--no-color", revision, "--", *FOLDERS],
                             check=True, capture_output=True, text=True).stdout
     changed, file = defaultdict(set), None
     for line in output.splitlines():
