@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #include "cullet/broad/comparison/sap_backend.h"
 
+#include "cullet/base/bytes_of.h"
 #include "cullet/broad/pairs/restart_rows.h"
 
 #include <algorithm>
@@ -304,8 +305,10 @@ BackendStats SapBackend::stats() const
 {
     BackendStats stats = m_stats;
     stats.pairs = m_held.count();
-    stats.bytes = m_boxes.capacity() * sizeof(Aabb) + m_overlapping.bytes() + m_held.bytes() +
-                  (m_toReevaluate.capacity() + m_touched.capacity()) * sizeof(std::uint64_t);
+    stats.bytes = m_overlapping.bytes() + m_held.bytes() +
+                  bytesOf(m_boxes, m_toReevaluate, m_touched, m_moving, m_leaving, m_entering, m_isLeaving,
+                          m_isEntering, m_openNew.rows, m_openNew.boxes, m_openOld.rows, m_openOld.boxes,
+                          m_openPlaces, m_known, m_expired);
     for (const EndpointList& axis : m_axes)
     {
         stats.entries += axis.endpoints().size();

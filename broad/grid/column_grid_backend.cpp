@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #include "cullet/broad/grid/column_grid_backend.h"
 
+#include "cullet/base/bytes_of.h"
+
 #include <algorithm>
 #include <cmath>
 #include <new>
@@ -276,25 +278,28 @@ BackendStats ColumnGridBackend::stats() const
     stats.decision.oneLevelCost = plan.oneLevelCost;
     stats.decision.allLevelsCost = plan.allLevelsCost;
     stats.unbounded = m_grid.unbounded().size();
-    stats.bytes =
-        m_grid.bytes() + m_awakeGrid.bytes() + m_restingPairs.bytes() + m_sorts[0].bytes() +
-        m_sorts[1].bytes() + m_reference.capacity() * sizeof(Aabb) + m_states.capacity() +
-        m_filterWords.capacity() * sizeof(Filter) + m_motions.capacity() * sizeof(float) +
-        m_moverStamps.capacity() * sizeof(std::uint32_t) + m_filterExempt.bytes() + m_oldPairs.bytes() +
-        m_oldKeys.capacity() * sizeof(std::uint64_t) +
-        (m_hysteresisPairs.capacity() + m_overlapping.capacity() + m_nextOverlapping.capacity()) *
-            sizeof(RowPair) +
-        m_awakePairs.bytes() + m_awakePairsBoxes.capacity() * sizeof(Aabb) +
-        m_lists.capacity() * sizeof(NeighbourList) +
-        (m_awake.capacity() + m_insideSkin.capacity() + m_outsideSkin.capacity()) * sizeof(std::uint32_t);
-    for (const NeighbourPart& part : m_parts)
-        stats.bytes += part.bytes();
-    for (unsigned worker = 0; worker < m_workers.threads(); ++worker)
-    {
-        stats.bytes += m_added[worker].bytes() + m_removed[worker].bytes() + m_found[worker].bytes() +
-                       m_threadDeltas[worker].held.bytes() +
-                       m_threadDeltas[worker].hysteresis.capacity() * sizeof(RowPair);
-    }
+    stats.bytes = bytes();
     return stats;
+}
+
+std::uint64_t ColumnGridBackend::bytes() const
+{
+    std::uint64_t sum = m_grid.bytes() + m_awakeGrid.bytes() + m_restingPairs.bytes() + m_sorts[0].bytes() +
+                        m_sorts[1].bytes() + m_filterExempt.bytes() + m_oldPairs.bytes() +
+                        m_awakePairs.bytes();
+    sum += bytesOf(m_known, m_reference, m_states, m_filterWords, m_hysteresisPairs, m_overlapping,
+                   m_nextOverlapping, m_motion.migrated, m_motions, m_awake, m_lists, m_parts,
+                   m_awakePairsBoxes, m_oldKeys, m_insideSkin, m_outsideSkin, m_anchors, m_moverStamps);
+    for (const NeighbourPart& part : m_parts)
+        sum += part.bytes();
+    for (const std::vector<KeyList>* lists : {&m_found, &m_added, &m_removed})
+    {
+        for (const KeyList& list : *lists)
+            sum += list.bytes();
+    }
+    for (const ThreadDelta& delta : m_threadDeltas)
+        sum += delta.held.bytes() +
+               bytesOf(delta.hysteresis, delta.newlyExempt, delta.noLongerExempt, delta.kept);
+    return sum;
 }
 }  // namespace cullet

@@ -106,6 +106,7 @@ private:
     void updateOrThrow(const ProxyView& view);
     void writeChanges(PairDelta& delta);
     void countWork();
+    std::uint64_t bytes() const;
     void forgetRows();
     void prepareRows(const ProxyView& view, bool hasCreated);
     void rememberFilterWords(const ProxyView& view, bool all);

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include "cullet/base/bytes_of.h"
 #include "cullet/base/threads/parallel_loops.h"
 #include "cullet/broad/pair.h"
 
@@ -137,10 +138,7 @@ public:
     /// @param pairs [out] overwritten
     void write(std::vector<std::uint64_t>& keys, Pairs& pairs);
 
-    std::uint64_t bytes() const
-    {
-        return (m_distributed.capacity() + m_sorted.capacity()) * sizeof(std::uint64_t);
-    }
+    std::uint64_t bytes() const { return bytesOf(m_distributed, m_sorted, m_offsets); }
 
 private:
     /// Maps keys to buckets.

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #include "cullet/broad/grid/columns/column_grid.h"
 
+#include "cullet/base/bytes_of.h"
 #include "cullet/broad/boxes/aabb_simd.h"
 
 #include <algorithm>
@@ -164,18 +165,15 @@ void ColumnGrid::scan(const GridInput& input, PairSink& sink, ColumnUse use)
 std::uint64_t ColumnGrid::bytes() const
 {
     std::uint64_t sum = m_columns.bytes() + m_kept.bytes() +
-                        (m_bold.capacity() + m_regular.capacity()) * sizeof(ColumnList) +
-                        (m_boldRows.capacity() + m_regularRows.capacity() + m_unbounded.capacity() +
-                         m_longestExtents.capacity()) *
-                            sizeof(std::uint32_t);
+                        bytesOf(m_tasks, m_scratch, m_bold, m_regular, m_boldRows, m_regularRows, m_unbounded,
+                                m_longestExtents, m_edges, m_hasEdges, m_motions);
     for (const Task& task : m_tasks)
-    {
         sum += task.bold.bytes() + task.regular.bytes() +
-               (task.boldCount.capacity() + task.regularCount.capacity() + task.unbounded.capacity()) *
-                   sizeof(std::uint32_t);
-    }
+               bytesOf(task.boldCount, task.regularCount, task.unbounded);
     for (const Worker& worker : m_scratch)
         sum += worker.bold.bytes() + worker.regular.bytes() + worker.builder.bytes() + sizeof(PairBuffer);
+    for (const GridMotion& motion : m_motions)
+        sum += bytesOf(motion.migrated);
     return sum;
 }
 }  // namespace cullet

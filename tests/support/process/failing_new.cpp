@@ -8,6 +8,10 @@
 #include <limits>
 #include <new>
 
+#if defined(__linux__)
+#include <malloc.h>
+#endif
+
 namespace
 {
 constexpr std::uint64_t kNever = std::numeric_limits<std::uint64_t>::max();
@@ -15,6 +19,7 @@ thread_local std::uint64_t count = 0;
 thread_local std::uint64_t leftBeforeFailure = kNever;
 thread_local const std::function<void()>* functionToCall = nullptr;
 std::atomic<std::int64_t> liveCount{0};
+std::atomic<std::int64_t> liveBytes{0};
 std::atomic<bool (*)() noexcept> fault{nullptr};
 
 bool isNextToFail() noexcept
@@ -31,9 +36,14 @@ bool isNextToFail() noexcept
     return false;
 }
 
-void* counted(void* memory) noexcept
+/// Counts memory that is taken (sign 1) or given back (-1).
+void* counted(void* memory, int sign = 1) noexcept
 {
-    liveCount.fetch_add(memory != nullptr ? 1 : 0, std::memory_order_relaxed);
+    liveCount.fetch_add(memory != nullptr ? sign : 0, std::memory_order_relaxed);
+#if defined(__linux__)
+    liveBytes.fetch_add(sign * static_cast<std::int64_t>(malloc_usable_size(memory)),
+                        std::memory_order_relaxed);
+#endif
     return memory;
 }
 
@@ -52,8 +62,7 @@ void* takeAligned(std::size_t size, std::size_t alignment) noexcept
 
 void give(void* memory) noexcept
 {
-    liveCount.fetch_sub(memory != nullptr ? 1 : 0, std::memory_order_relaxed);
-    std::free(memory);
+    std::free(counted(memory, -1));
 }
 }  // namespace
 
@@ -107,6 +116,11 @@ std::uint64_t newCount() noexcept
 std::int64_t liveNewCount() noexcept
 {
     return liveCount.load(std::memory_order_relaxed);
+}
+
+std::int64_t liveNewBytes() noexcept
+{
+    return liveBytes.load(std::memory_order_relaxed);
 }
 
 void setNewFault(bool (*isNextToFail)() noexcept) noexcept

@@ -14,6 +14,9 @@ std::uint64_t newCount() noexcept;
 /// Calls of all threads whose memory is not deleted yet.
 std::int64_t liveNewCount() noexcept;
 
+/// Memory of those calls in bytes, as the C library counts it; 0 where it does not tell.
+std::int64_t liveNewBytes() noexcept;
+
 /// Sets a function that every call on any thread asks first: true lets the call fail. Null, as at the start: none.
 void setNewFault(bool (*isNextToFail)() noexcept) noexcept;
 
