@@ -152,6 +152,9 @@ public:
     /// Returns the work since the last call and resets the counters.
     Work collectWork();
 
+    /// Columns outside the window that the next scan has a table for; it clears all of them.
+    std::uint32_t tableSize() const { return m_columnCapacity; }
+
     /// Entries of the last scan: boxes times cells.
     std::uint64_t entryCount() const { return m_entryCount; }
     const GridPlan& plan() const { return m_plan; }

@@ -265,7 +265,6 @@ GridPlan makeGridPlan(const SizeHistogram& sizes, const float span[3], int sweep
     plan.sweepAxis = sweepAxis;
     plan.tileAxisY = (sweepAxis + 1) % 3;
     plan.tileAxisZ = (sweepAxis + 2) % 3;
-    std::copy(span, span + 3, plan.span);
 
     std::vector<Band> bands = occupiedOctaves(sizes);
     if (bands.empty())

@@ -56,7 +56,6 @@ struct GridPlan
     std::array<float, kMaxLevels> width{{1.0f}};
     std::array<float, kMaxLevels> inverseWidth{{1.0f}};
     std::array<std::uint8_t, kOctaveCount> levelOfOctave{};
-    float span[3] = {1.0f, 1.0f, 1.0f};  ///< robust extent of the box centres, world axes
     double predictedCandidates = 0;
     // Expected cost of filling and scanning, nanoseconds of a 2023 server core: of the plan, with one level, and with
     // a level for each octave of sizes.

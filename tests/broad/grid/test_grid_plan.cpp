@@ -72,6 +72,25 @@ TEST(GridPlan, PredictsTestCountOfLevelWithSizesOverSixDecades)
     }
 }
 
+TEST(GridPlan, PredictsTestCountWhenAllBoxesAreInOneColumn)
+{
+    SCOPED_TRACE("seed 13");
+    Random random(13);
+    constexpr float kSide = 5000;
+    constexpr std::uint32_t kCount = 8000;
+    std::vector<Aabb> boxes;
+    SizeHistogram sizes;
+    for (std::uint32_t i = 0; i < kCount; ++i)
+        boxes.push_back(boxAt(random.between(0, kSide), 1, 1));
+    sizes.bins[static_cast<std::size_t>(octaveOf(1) - kLowestOctave)] = {kCount, kCount, kCount};
+    const float span[3] = {kSide, 0.5f, 0.5f};
+    const GridPlan plan = makeGridPlan(sizes, span, 0, 1, {32, 1});
+    const double tests = countTests(boxes, plan.width[0]);
+    EXPECT_GT(tests, 1.0 * kCount);
+    // The plan counts the few boxes that would stick out of a column among others.
+    EXPECT_NEAR(std::log2(plan.predictedCandidates / tests), 0, 0.3);
+}
+
 TEST(GridPlan, AddsNoLevelForSingleGiantInSample)
 {
     SCOPED_TRACE("seed 12");

@@ -45,6 +45,12 @@ struct RandomColumns
     std::vector<float> limits;
 };
 
+TEST(OverlapKernels, AreThoseOfTheBaselineWhenAsked)
+{
+    EXPECT_EQ(&chooseOverlapKernels(true), &kOverlapKernelsBaseline);
+    EXPECT_STREQ(kOverlapKernelsBaseline.name, "baseline");
+}
+
 TEST(OverlapKernels, FindOverlapsOfPredicateWithEveryWidth)
 {
     constexpr std::uint32_t kColumns = 192;
