@@ -119,6 +119,40 @@ TEST(GaussMapArcs, FindEveryCrossingPairOnce)
     EXPECT_LT(pairs, 20 * kArcs * kArcs / 2);
 }
 
+/// Short arcs around a direction with this coordinate on an axis, and two equal ones on the others.
+GaussMapArcs arcsAround(int axis, double coordinate, std::mt19937& engine)
+{
+    Eigen::Vector3d middle = Eigen::Vector3d::Constant(std::sqrt(0.5 * (1.0 - coordinate * coordinate)));
+    middle[axis] = coordinate;
+    GaussMapArcs arcs;
+    for (int i = 0; i < 10; ++i)
+    {
+        const Eigen::Vector3d to = (middle + 0.1 * randomDirection(engine)).normalized();
+        arcs.add(middle, to);
+    }
+    arcs.sort();
+    return arcs;
+}
+
+TEST(GaussMapArcs, PairNoArcsThatOneAxisSeparates)
+{
+    constexpr unsigned kSeed = 24;
+    SCOPED_TRACE(kSeed);
+    std::mt19937 engine(kSeed);
+    for (int axis = 0; axis < 3; ++axis)
+    {
+        SCOPED_TRACE(axis);
+        const GaussMapArcs low = arcsAround(axis, -0.4, engine), high = arcsAround(axis, 0.4, engine),
+                           other = arcsAround(axis, 0.4, engine);
+        int apart = 0, together = 0;
+        GaussMapArcs::forEachPair(low, high, [&](std::size_t, std::size_t) { ++apart; });
+        GaussMapArcs::forEachPair(high, low, [&](std::size_t, std::size_t) { ++apart; });
+        GaussMapArcs::forEachPair(high, other, [&](std::size_t, std::size_t) { ++together; });
+        EXPECT_EQ(apart, 0);
+        EXPECT_EQ(together, 100);
+    }
+}
+
 TEST(GaussMapArcs, PairArcOfInvalidEndWithEveryOther)
 {
     std::mt19937 engine(21);

@@ -123,6 +123,59 @@ TEST(Polytope, TakesNoMorePointsWhenInvalid)
     EXPECT_FALSE(surface.isValid());
 }
 
+TEST(Polytope, ClosesHoleWhenVertexIsRemoved)
+{
+    const auto tipped = []
+    {
+        return surfaceOf(
+            {{2, 0, 1}, {0, 2, 1}, {-2, 0, 1}, {0, -2, 1}, {0, 0, 2}, {0, 0, -3}},
+            {{0, 1, 4}, {1, 2, 4}, {2, 3, 4}, {3, 0, 4}, {1, 0, 5}, {2, 1, 5}, {3, 2, 5}, {0, 3, 5}});
+    };
+    Polytope surface = tipped();
+    expectClosed(surface);
+    EXPECT_TRUE(surface.removeVertex(4, 0.99));
+    EXPECT_EQ(surface.faceCount(), 6);
+    expectClosed(surface);
+    EXPECT_TRUE(surface.isValid());
+    EXPECT_NEAR(surface.closestFace().distance, 1.0, 1e-12);
+    // The hole would be closed nearer to the origin than asked.
+    Polytope kept = tipped();
+    EXPECT_FALSE(kept.removeVertex(4, 1.01));
+    EXPECT_EQ(kept.faceCount(), 8);
+    expectClosed(kept);
+    EXPECT_TRUE(kept.isValid());
+}
+
+/// An upside-down pyramid, whose base is split into two triangles.
+///
+/// @param isSwapped the triangle with the foot of the origin comes first
+Polytope pyramid(bool isSwapped)
+{
+    const std::vector<Corners> base = {{0, 1, 2}, {0, 2, 3}};
+    return surfaceOf(
+        {{-5, -10, 1}, {15, -10, 1}, {15, 10, 1}, {-5, 10, 1}, {5, 0, -20}},
+        {base[isSwapped ? 1 : 0], base[isSwapped ? 0 : 1], {1, 0, 4}, {2, 1, 4}, {3, 2, 4}, {0, 3, 4}});
+}
+
+TEST(Polytope, FindsFootInFaceThatIsLevelWithClosestOne)
+{
+    const Corners withFoot = {0, 2, 3};
+    int elsewhere = 0;
+    for (const bool isSwapped : {false, true})
+    {
+        Polytope surface = pyramid(isSwapped);
+        expectClosed(surface);
+        const Polytope::Face closest = surface.closestFace();
+        EXPECT_NEAR(closest.distance, 1.0, 1e-12);
+        elsewhere += closest.vertex == withFoot ? 0 : 1;
+        const Polytope::Foot foot = surface.footOf(closest, 1e-9);
+        EXPECT_EQ(foot.vertex, withFoot);
+        EXPECT_LT(foot.miss, 1e-12);
+        EXPECT_NEAR(foot.weights.sum(), 1.0, 1e-12);
+    }
+    EXPECT_GT(elsewhere, 0);
+}
+
 template <class S>
 void checkLevelNeighbours()
 {
