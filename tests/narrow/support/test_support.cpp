@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
@@ -271,6 +272,83 @@ TEST(Support, ReturnsVertexForMeaninglessDirections)
                 EXPECT_LT(vertex, hull.vertexCount());
             }
         }
+    }
+}
+
+TEST(Support, SearchesAsAskedWhenScanWouldBeCheaper)
+{
+    const Hull<float> box = hullOf<float>(boxPoints(0.7, 0.5, 0.6), HullExtra::Hierarchy);
+    for (const SupportMethod method : kMethods)
+    {
+        SupportCounters counters;
+        supportVertex<float>(box, {1, 2, 3}, -1, method, &counters);
+        const bool isScan = method == SupportMethod::Automatic || method == SupportMethod::Linear;
+        EXPECT_EQ(counters.searches, 1);
+        EXPECT_EQ(counters.steps > 0, !isScan) << static_cast<int>(method);
+    }
+}
+
+TEST(Support, CountsClimbsThatEndLevel)
+{
+    const Hull<float> box = hullOf<float>(boxPoints(0.7, 0.5, 0.6));
+    for (const SupportMethod method :
+         {SupportMethod::Climb, SupportMethod::ClimbArtificial, SupportMethod::CubeMap})
+    {
+        SupportCounters counters;
+        supportVertex<float>(box, {1, 2, 3}, 0, method, &counters);
+        EXPECT_EQ(counters.ties, 0) << static_cast<int>(method);
+        supportVertex<float>(box, {0, 0, 1}, 0, method, &counters);
+        EXPECT_EQ(counters.ties, 1) << static_cast<int>(method);
+        supportVertex<float>(box, {0, -1, 0}, 0, method, &counters);
+        EXPECT_EQ(counters.ties, 2) << static_cast<int>(method);
+    }
+}
+
+/// A prism along an axis of the world, turned by so little that its ends are level up to rounding.
+Points nearlyUpright(int axis, std::mt19937& engine)
+{
+    std::uniform_real_distribution<double> tilt(-1e-4, 1e-4);
+    const Eigen::Vector3d turn = drawVector(tilt, engine);
+    Points points = prismPoints(40, 0.5);
+    for (Eigen::Vector3d& p : points)
+    {
+        std::rotate(p.data(), p.data() + 2 - axis, p.data() + 3);
+        p += turn.cross(p);
+    }
+    return points;
+}
+
+template <class S>
+void checkNearlyUpright(int axis, std::mt19937& engine)
+{
+    const Hull<S> hull = hullOf<S>(nearlyUpright(axis, engine));
+    int level = 0;
+    for (const auto& face : hull.faces())
+    {
+        if (std::abs(face.normal[axis]) < 0.9)
+            continue;
+        const Eigen::Matrix<S, 3, 1> d = face.normal.template cast<S>();
+        const std::int32_t top = supportLinear(hull, d);
+        for (std::int32_t start = 0; start < hull.vertexCount(); ++start)
+        {
+            SupportCounters counters;
+            for (const SupportMethod method : {SupportMethod::Climb, SupportMethod::ClimbArtificial})
+                ASSERT_EQ(supportVertex(hull, d, start, method, &counters), top);
+            level += counters.ties > 0;
+        }
+    }
+    EXPECT_GT(level, 80);
+}
+
+TEST(Support, ClimbsToVertexOfScanWhenFaceIsNearlyAcrossAxis)
+{
+    constexpr unsigned kSeed = 8;
+    std::mt19937 engine(kSeed);
+    for (int round = 0; round < 60; ++round)
+    {
+        SCOPED_TRACE("seed " + std::to_string(kSeed) + ", round " + std::to_string(round));
+        checkNearlyUpright<float>(round % 3, engine);
+        checkNearlyUpright<double>(round % 3, engine);
     }
 }
 
