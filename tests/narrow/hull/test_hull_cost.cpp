@@ -105,6 +105,23 @@ TEST(HullCost, ComparesEachPointWithFewTrianglesWhenThereAreMany)
     }
 }
 
+TEST(SurfacePoints, HaveDistinctCorners)
+{
+    const Points points = gridBoxPoints(7);
+    const SurfacePoints extra(points, Quickhull(points, seedOf(points)), 1e-12);
+    int onEdges = 0;
+    for (const SurfacePoints::Attached& attached : extra.attached())
+    {
+        std::vector<std::int32_t> corners = attached.corners;
+        onEdges += corners.size() > 3;
+        std::sort(corners.begin(), corners.end());
+        EXPECT_EQ(std::adjacent_find(corners.begin(), corners.end()), corners.end()) << attached.point;
+        EXPECT_FALSE(std::binary_search(corners.begin(), corners.end(), attached.point));
+    }
+    EXPECT_GT(extra.attached().size(), 100u);
+    EXPECT_GT(onEdges, 20);
+}
+
 template <class S>
 void expectCornersOnly(const Points& points)
 {
