@@ -270,5 +270,43 @@ TYPED_TEST(FeaturePairTest, SolvesMostDepthsExactly)
     EXPECT_GT(asked, 300);
     EXPECT_GT(settled, asked * 8 / 10);
 }
+
+/// A ridge of half length `length` along x, whose hull lies above it, and its ends.
+Points ridge(double length, double width)
+{
+    return {{-length, 0, 0},        {length, 0, 0},           {-length, width, width},
+            {length, width, width}, {-length, -width, width}, {length, -width, width}};
+}
+
+/// The edges' directions decide whether they are parallel, not their lengths.
+TYPED_TEST(FeaturePairTest, SolvesCrossingEdgesAtAnyLength)
+{
+    using S = TypeParam;
+    for (const double lengthA : {1e-4, 1.0, 1e4})
+    {
+        for (const double lengthB : {1e-4, 1.0, 1e4})
+        {
+            SCOPED_TRACE(std::to_string(lengthA) + " across " + std::to_string(lengthB));
+            const double gap = 0.1 * std::max(lengthA, lengthB);
+            const Hull<S> hullA = hullOf<S>(ridge(lengthA, lengthA)),
+                          hullB = hullOf<S>(ridge(lengthB, lengthB));
+            // B's ridge is along y, and its hull below.
+            Eigen::Matrix<S, 3, 3> turned = Eigen::Matrix<S, 3, 3>::Zero();
+            turned(0, 1) = turned(1, 0) = S(1);
+            turned(2, 2) = S(-1);
+            const PosedHull<S> a(hullA, Eigen::Matrix<S, 3, 3>::Identity(), {0, 0, static_cast<S>(gap)});
+            const PosedHull<S> b(hullB, turned, {0, 0, 0});
+            VertexPairs pairs;
+            pairs.count = 2;
+            pairs.a = {a.support({-1, 0, -9}, -1).vertex, a.support({1, 0, -9}, -1).vertex, -1};
+            pairs.b = {b.support({0, -1, 9}, -1).vertex, b.support({0, 1, 9}, -1).vertex, -1};
+            FeaturePair<S> pair(a, b);
+            ASSERT_TRUE(pair.solve(pairs, {0.0, 0.0, 1.0}, false));
+            EXPECT_NEAR(pair.distance(), gap, 1e-6 * gap);
+            EXPECT_NEAR((pair.normal() - Eigen::Vector3d::UnitZ()).norm(), 0.0, 1e-12);
+            EXPECT_NEAR((pair.pointOfB() + gap * Eigen::Vector3d::UnitZ()).norm(), 0.0, 1e-6 * gap);
+        }
+    }
+}
 }  // namespace
 }  // namespace cullet::test
