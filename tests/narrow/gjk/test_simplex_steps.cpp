@@ -4,12 +4,20 @@
 #include "cullet/demos/scenes/hulls/hull_pairs.h"
 #include "cullet/narrow/gjk/isa_gjk.h"
 #include "cullet/narrow/gjk/simplex_steps.h"
+#include "cullet/narrow/gjk/tetrahedron_walk.h"
 #include "cullet/tests/narrow/shapes.h"
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
 #include <random>
+#include <string>
+#include <utility>
 
+/// Searches in the scalar of the hulls: steps with simplices for an axis, walks of tetrahedra for an overlap.
 namespace cullet::test
 {
 namespace
@@ -69,6 +77,85 @@ TEST(SimplexSteps, FindNearlyAllSeparatingAxesAndNoFalseOnes)
         follow(hulls[pair % 4], engine, outcome);
     EXPECT_GT(outcome.failed, 300);
     EXPECT_GT(outcome.found, outcome.failed * 9 / 10);
+}
+
+TEST(SimplexSteps, FindAxisAtOnceFromSimplexThatIsClosestStill)
+{
+    constexpr unsigned kSeed = 72;
+    testing::Test::RecordProperty("seed", std::to_string(kSeed));
+    const Hull<float> hulls[] = {hullOf<float>(icoPoints(2)), hullOf<float>(boxPoints(0.7, 0.5, 0.6)),
+                                 hullOf<float>(prismPoints(32, 0.5)), hullOf<float>(icoPoints(0))};
+    std::mt19937 engine(kSeed);
+    NoObserver observer;
+    int asked = 0, atOnce = 0, slower = 0;
+    for (int i = 0; i < 200; ++i)
+    {
+        const PairScene<float> scene = randomPair(hulls[i % 4], hulls[i / 4 % 4], 0.1, 0.0, engine);
+        const PosedHull<float> a = scene.posedA(), b = scene.posedB();
+        GjkCache<float> cache;
+        const GjkResult<float> near = gjkDistance(a, b, 1.0f, cache);
+        ASSERT_EQ(near.state, GjkState::Near);
+        const HullPair<float> pair(a, b);
+        const float limit = 0.999f * near.distance;
+        const Eigen::Vector3f aside = near.axis + 0.3f * randomDirection(engine).cast<float>();
+        const AxisTest<float> failed = pair.test(scaledAxis(aside), limit * limit, -1, -1);
+        if (failed.isProved || !(failed.along > 0.0f))
+            continue;
+        ++asked;
+        SimplexSteps<float> warm(pair, limit * limit, failed, {}), cold(pair, limit * limit, failed, {});
+        EXPECT_TRUE(warm.run(cache, observer)) << "pair " << i;
+        atOnce += warm.steps() == 1;
+        slower += !cold.run(GjkCache<float>(), observer) || cold.steps() > 1;
+    }
+    EXPECT_GT(asked, 100);
+    // Rounding may spoil a step.
+    EXPECT_GT(atOnce, asked * 9 / 10);
+    EXPECT_GT(slower, asked / 2);
+}
+
+template <class S>
+void checkOrientations()
+{
+    constexpr unsigned kSeed = 75;
+    testing::Test::RecordProperty("seed", std::to_string(kSeed));
+    const Hull<S> hulls[] = {hullOf<S>(boxPoints(0.7, 0.5, 0.6)), hullOf<S>(icoPoints(1))};
+    std::mt19937 engine(kSeed);
+    NoObserver observer;
+    int asked = 0, proved[2] = {};
+    for (int i = 0; i < 200; ++i)
+    {
+        const PairScene<S> scene = randomPair(hulls[i % 2], hulls[i / 2 % 2], -0.2, 0.0, engine);
+        const PosedHull<S> a = scene.posedA(), b = scene.posedB();
+        GjkCache<S> cache;
+        ASSERT_EQ(isaGjk(a, b, S(0), cache).state, GjkState::Overlapping);
+        if (cache.count != 4)
+            continue;
+        ++asked;
+        std::array<std::int32_t, 4> verticesA, verticesB;
+        std::copy(cache.verticesA.begin(), cache.verticesA.end(), verticesA.begin());
+        std::copy(cache.verticesB.begin(), cache.verticesB.end(), verticesB.begin());
+        const HullPair<S> pair(a, b);
+        const auto edge = [&](std::size_t to) -> Eigen::Matrix<S, 3, 1>
+        { return pair.point(verticesA[to], verticesB[to]) - pair.point(verticesA[0], verticesB[0]); };
+        for (int order = 0; order < 2; ++order)
+        {
+            const int isPositive = edge(1).cross(edge(2)).dot(edge(3)) > S(0) ? 1 : 0;
+            TetrahedronWalk<S, NoObserver> walk(pair, S(0), observer);
+            proved[isPositive] +=
+                walk.run(verticesA, verticesB) == GjkState::Overlapping && walk.iterations() == 0;
+            std::swap(verticesA[0], verticesA[1]);
+            std::swap(verticesB[0], verticesB[1]);
+        }
+    }
+    EXPECT_GT(asked, 100);
+    EXPECT_GT(proved[0], asked * 9 / 10);
+    EXPECT_GT(proved[1], asked * 9 / 10);
+}
+
+TEST(TetrahedronWalk, ProvesOverlapWhateverTheOrderOfPoints)
+{
+    checkOrientations<float>();
+    checkOrientations<double>();
 }
 }  // namespace
 }  // namespace cullet::test
