@@ -11,6 +11,7 @@
 
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <iterator>
 #include <limits>
 #include <random>
@@ -174,6 +175,90 @@ TEST(Gjk, AnswersFromVerticesWhileTheyAreClosestPoints)
     }
     EXPECT_GT(answered, 500);
     EXPECT_GT(refused, 20);
+}
+
+/// Two balls of radius 1 with this gap.
+int axesOfBalls(float gap, float maxDistance, const IsaGjkVariant& variant, GjkState expected)
+{
+    const Hull<float> ball = hullOf<float>(icoPoints(2));
+    const Eigen::Vector3f apart = Eigen::Vector3f(1, 2, -2) * ((2.0f + gap) / 3.0f);
+    const PosedHull<float> a(ball, Eigen::Matrix3f::Identity(), apart);
+    const PosedHull<float> b(ball, Eigen::Matrix3f::Identity(), Eigen::Vector3f::Zero());
+    int count = 0;
+    auto observer = [&count](const Eigen::Vector3d&, double) { ++count; };
+    GjkCache<float> cache;
+    EXPECT_EQ(isaGjk(a, b, maxDistance, cache, observer, variant).state, expected);
+    return count;
+}
+
+TEST(Gjk, TestsOnlyLineBetweenCentresOfDistantShapesWhenItStartsWithAxis)
+{
+    EXPECT_EQ(axesOfBalls(0.2f, 0.0f, {GjkStart::Axis, 0}, GjkState::Separated), 1);
+    EXPECT_EQ(axesOfBalls(0.2f, 0.1f, {GjkStart::Axis, 0}, GjkState::Separated), 1);
+}
+
+/// A reflection turns an axis that the shapes overlap along, not one that separates them by too little.
+TEST(Gjk, ReflectsNoAxisWhenItSeparatesByLessThanLimit)
+{
+    const int axes = axesOfBalls(0.2f, 0.3f, {GjkStart::Axis, 0}, GjkState::Near);
+    EXPECT_EQ(axesOfBalls(0.2f, 0.3f, {GjkStart::Axis, 9}, GjkState::Near), axes);
+}
+
+/// A hull given by its support function, which records the vertices from which its supports start.
+class RecordingSupport
+{
+public:
+    explicit RecordingSupport(const PosedHull<float>& hull) : m_hull(&hull) {}
+
+    Eigen::Vector3d origin() const { return m_hull->origin(); }
+    Eigen::Vector3d centre() const { return m_hull->centre(); }
+    std::int32_t vertexCount() const { return m_hull->vertexCount(); }
+    Eigen::Vector3d point(std::int32_t vertex) const { return m_hull->point(vertex); }
+    SupportPoint support(const Eigen::Vector3d& direction, std::int32_t start) const
+    {
+        m_starts.push_back(start);
+        return m_hull->support(direction, start);
+    }
+    const std::vector<std::int32_t>& starts() const { return m_starts; }
+
+private:
+    const PosedHull<float>* m_hull;
+    mutable std::vector<std::int32_t> m_starts;
+};
+
+TEST(Gjk, TestsRememberedAxisFromItsSupportVerticesWhenShapesAreNoHulls)
+{
+    constexpr unsigned kSeed = 33;
+    const Hull<float> ball = hullOf<float>(icoPoints(2));
+    std::mt19937 engine(kSeed);
+    for (int i = 0; i < 50; ++i)
+    {
+        SCOPED_TRACE("seed " + std::to_string(kSeed) + ", pair " + std::to_string(i));
+        const PairScene<float> scene = randomPair(ball, ball, 0.1, 0.0, engine);
+        const PosedHull<float> posedA = scene.posedA(), posedB = scene.posedB();
+        const RecordingSupport coldA(posedA), coldB(posedB), a(posedA), b(posedB);
+        GjkCache<float> cache;
+        ASSERT_EQ(gjkDistance(coldA, coldB, 1.0f, cache).state, GjkState::Near);
+        ASSERT_GT(cache.count, 0);
+        EXPECT_EQ(coldA.starts()[0], -1);
+        EXPECT_EQ(coldB.starts()[0], -1);
+        // Another axis than the simplex has.
+        Eigen::Vector3d seen = Eigen::Vector3d::Zero();
+        int axes = 0;
+        auto observer = [&](const Eigen::Vector3d& v, double)
+        {
+            seen = v;
+            ++axes;
+        };
+        cache.axis[0] += 0.01f;
+        const Eigen::Vector3d axis(cache.axis[0], cache.axis[1], cache.axis[2]);
+        const std::int32_t startA = cache.startA, startB = cache.startB;
+        EXPECT_EQ(isaGjk(a, b, 0.0f, cache, observer).state, GjkState::Separated);
+        EXPECT_EQ(axes, 1);
+        EXPECT_EQ(seen, axis);
+        EXPECT_EQ(a.starts(), std::vector<std::int32_t>{startA});
+        EXPECT_EQ(b.starts(), std::vector<std::int32_t>{startB});
+    }
 }
 
 /// Number of pairs without a cache that the axis between the centres, or the corner where it fails, answers.
