@@ -81,6 +81,9 @@ public:
         return m_search.isRepeatable(exec, {boxes.data(), boxes.size(), &m_count, expectedPairs});
     }
     std::uint32_t launches() const { return m_search.launches(); }
+    unsigned nextPhase() const { return m_search.nextPhase(); }
+    /// Counts a find() whose recorded launches would be repeated.
+    void countRepeat() { m_search.countRepeat(); }
 
     /// Repeats the last find(), as for a list that was too short.
     Pairs findAgain()

@@ -351,6 +351,44 @@ TEST(PsapSearch, PlansAtLeastFixedNumberOfNearlySquareCells)
     }
 }
 
+/// The automatic cells for `count` boxes with sides of 2 in a room with sides `u` and `v` across the sweep axis.
+psap::CellPlan automaticPlanFor(std::uint64_t count, float u, float v)
+{
+    psap::Moments moments;
+    moments.reset();
+    for (const Aabb& corner : {boxAt(0, 0, 0, 1), boxAt(100, u, v, 1)})
+        moments.add(corner);
+    for (double& sum : moments.extent)
+        sum *= static_cast<double>(count) / 2;
+    moments.count = count;
+    const psap::SizeClasses sizes = {};
+    psap::CellPlan plan = {};
+    psap::PlanCells{&moments, &sizes, PsapAxis::X, PsapCells::Automatic, 1, &plan}(0);
+    return plan;
+}
+
+TEST(PsapSearch, PlansAutomaticCellsThreeMeanSidesWide)
+{
+    for (const float v : {6.0f, 60.0f, 300.0f, 1200.0f})
+    {
+        const psap::CellPlan plan = automaticPlanFor(100000, 600, v);
+        EXPECT_EQ(plan.countU, 100u);
+        EXPECT_EQ(plan.countV, static_cast<std::uint32_t>(v / 6));
+    }
+}
+
+TEST(PsapSearch, PlansNoMoreAutomaticCellsThanBoxes)
+{
+    for (const std::uint64_t count : {4u, 200u, 2000u, 4900u})
+    {
+        SCOPED_TRACE(count);
+        const psap::CellPlan plan = automaticPlanFor(count, 600, 300);
+        EXPECT_LE(plan.countU * plan.countV, count);
+        EXPECT_GE(2 * plan.countU * plan.countV, count);
+        EXPECT_NEAR(plan.countU, 2 * plan.countV, 1);
+    }
+}
+
 TEST(PsapSearch, MakesNoTestsInCellsWithOneBox)
 {
     std::vector<Aabb> boxes;

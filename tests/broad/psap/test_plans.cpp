@@ -99,6 +99,31 @@ TEST(PsapPlans, DoNotChangeWhenSearchIsRetried)
         expectSearchesToRepeat(order);
 }
 
+// Bins and tiles are in two memories, which updates use in turn; each memory has its own recorded launches.
+TEST(PsapPlans, AlternatePhasesWhetherLaunchesAreRepeatedOrNot)
+{
+    SCOPED_TRACE("seed 5");
+    Random random(5);
+    const std::vector<Aabb> boxes = cubesIn(1000, 4, random);
+    for (const PsapOrder order : {PsapOrder::Counting, PsapOrder::Bins, PsapOrder::Tiles})
+    {
+        SCOPED_TRACE(static_cast<int>(order));
+        WatchedSearch search(order);
+        search.find(boxes);
+        search.find(boxes);
+        const unsigned first = search.nextPhase();
+        search.find(boxes);
+        const unsigned second = search.nextPhase();
+        EXPECT_EQ(second == first, order == PsapOrder::Counting);
+        search.countRepeat();
+        EXPECT_EQ(search.nextPhase(), first);
+        search.countRepeat();
+        EXPECT_EQ(search.nextPhase(), second);
+        EXPECT_EQ(search.find(boxes), everyPair(boxes));
+        EXPECT_EQ(search.nextPhase(), first);
+    }
+}
+
 TEST(PsapPlans, AvoidFullBinsAgainAfterBoxesSpreadOut)
 {
     SCOPED_TRACE("seed 4");

@@ -161,6 +161,25 @@ TEST(PsapTiles, FindAllPairsUntilTileIsFull)
     EXPECT_GT(piled, 20u);
 }
 
+TEST(PsapTiles, AreFullOnlyWhenMoreThanThirtyTwoBoxesAreTooLarge)
+{
+    SCOPED_TRACE("seed 14");
+    Random random(14);
+    const std::vector<Aabb> boxes = cubesIn(1000, 4, random);
+    for (const std::uint32_t large : {31u, 32u, 33u, 34u})
+    {
+        SCOPED_TRACE(large);
+        WatchedSearch search(PsapOrder::Tiles);
+        search.find(boxes);
+        std::vector<Aabb> changed = boxes;
+        for (std::uint32_t i = 0; i < large; ++i)
+            changed[20 * i] = boxAt(random.point(0, 16), 1.5f);
+        EXPECT_EQ(search.find(changed), everyPair(changed));
+        EXPECT_EQ(search.searchesOfTiles(), 1);
+        EXPECT_EQ(search.wasFull(), large > 32);
+    }
+}
+
 // Flat, long and sparse worlds, few boxes and many, tiles narrower than boxes; sizes that differ.
 TEST(PsapTiles, FindAllPairsInAnyWorldWhenForced)
 {

@@ -160,6 +160,19 @@ TEST(WarpSearch, FindsPairsOfFewIdenticalBoxes)
     }
 }
 
+TEST(WarpSearch, CountsNoTestsOfRecordsWithThemselves)
+{
+    for (const std::uint32_t count : {1u, 2u, 5u})
+    {
+        const std::vector<Aabb> boxes(count, cube(1, 2));
+        const PsapOptions options = inGroups();
+        psap::HostExec exec(options);
+        psap::CountingSearch<psap::HostExec> search(options, options.axis);
+        EXPECT_EQ(findWith(exec, search, boxes, psap::EveryPair{}), everyPair(boxes));
+        EXPECT_EQ(exec.collectTestCount(), count * (count - 1) / 2);
+    }
+}
+
 TEST(WarpSearch, UsesShorterAxisAsFirstCellAxis)
 {
     SCOPED_TRACE("seed 6");
