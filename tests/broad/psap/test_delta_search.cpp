@@ -40,6 +40,7 @@ public:
     void recover(const PsapOptions& options) { m_search.recover(options); }
     std::uint64_t bytes() const { return m_exec.bytes(); }
     int repeats() const { return m_repeats; }
+    psap::NeighbourMode mode() const { return m_search.mode(); }
     int frames(psap::NeighbourMode mode) const { return m_frames[static_cast<int>(mode)]; }
 
 private:
@@ -259,6 +260,54 @@ TEST(PsapDeltas, NeverOverestimateDepthLeftAfterMotion)
     ASSERT_EQ(1.0f - 2 * way, 1.0f);
     EXPECT_LT(depthAfter(1000, way, 1.0f), 1 - 1000 * 2.0 * way);
     EXPECT_GT(depthAfter(1000, way, 1.0f), 0.999f);
+}
+
+// A list that begins after a search is made with another plan, since the boxes then have skins.
+TEST(PsapDeltas, RepeatLaunchesOnlyOfSearchesInTheirUsualOrder)
+{
+    using psap::NeighbourMode;
+    psap::HostExec exec{PsapOptions{}};
+    psap::DeltaSearch<psap::HostExec> search(ordered(PsapOrder::Counting));
+    NeighbourMode previous = search.mode();
+    int usual[3] = {}, unusual[3] = {};
+    bool hasPlan = false;  // the first search makes it
+    for (const std::vector<Aabb>& boxes : steadyBoxes(800, 0.05f, 14))
+    {
+        search.prepare(exec, boxes.data(), boxes.size());
+        const NeighbourMode mode = search.mode();
+        const bool isRepeatable = search.isRepeatable(exec);
+        const bool isUsual = mode == NeighbourMode::Follow ||
+                             (previous == NeighbourMode::Follow) == (mode == NeighbourMode::Begin);
+        EXPECT_EQ(isRepeatable, isUsual && hasPlan) << static_cast<int>(previous) << static_cast<int>(mode);
+        hasPlan = true;
+        ++(isUsual ? usual : unusual)[static_cast<int>(mode)];
+        search.launch(exec);
+        search.advanceNextPlan(exec);
+        search.finish(exec);
+        previous = search.mode();
+    }
+    EXPECT_GT(usual[static_cast<int>(NeighbourMode::Search)], 0);
+    EXPECT_GT(usual[static_cast<int>(NeighbourMode::Begin)], 5);
+    EXPECT_GT(unusual[static_cast<int>(NeighbourMode::Begin)], 0);
+}
+
+TEST(PsapDeltas, BehaveLikeNewOnesAfterRecovery)
+{
+    const PsapOptions options = ordered(PsapOrder::Counting);
+    const auto sets = steadyBoxes(800, 0.05f, 14);
+    HostDeltas fresh(options), recovered(options);
+    for (int set = 0; set < 12; ++set)
+        recovered(sets[set]);
+    ASSERT_NE(recovered.frames(psap::NeighbourMode::Follow), 0);
+    recovered.recover(options);
+    DeltaOracle oracle;
+    for (int set = 20; set < 40; ++set)
+    {
+        fresh(sets[set]);
+        oracle.expect(sets[set], recovered(sets[set]));
+        EXPECT_EQ(recovered.mode(), fresh.mode()) << set;
+    }
+    EXPECT_GT(oracle.added(), 500u);
 }
 
 TEST(PsapDeltas, AddAllPairsAgainAfterForget)

@@ -4,6 +4,7 @@
 // Neighbour lists: skins, closeness, and when a list is kept.
 
 #include "cullet/broad/psap/verlet/neighbour_steps.h"
+#include "cullet/broad/psap/verlet/pair_list_steps.h"
 #include "cullet/broad/psap/verlet/skin_policy.h"
 #include "cullet/tests/support/boxes.h"
 #include "cullet/tests/support/random.h"
@@ -152,6 +153,56 @@ TEST(PsapSkins, AreThickerForFastBoxesUpToLimit)
     EXPECT_EQ(rule.skinFor(kInfinity), 1);
 }
 
+// The boxes of other pairs are not loaded.
+TEST(PsapSkins, LeaveOnlyPairsWithSentRowsUndecided)
+{
+    SCOPED_TRACE("seed " + std::to_string(kSeed));
+    Random random(kSeed);
+    constexpr std::uint32_t kRows = 96;
+    std::vector<std::uint32_t> sent(kRows / 32);
+    for (std::uint32_t row = 0; row < kRows; ++row)
+        sent[row / 32] |= random.chance(0.3f) ? 1u << row % 32 : 0u;
+    const std::uint32_t displacement = 0;
+    psap::FollowHeld step = {};
+    step.displacement = &displacement;
+    int undecided = 0;
+    for (std::uint32_t a = 0; a < kRows; ++a)
+        for (std::uint32_t b = 0; b < kRows; ++b)
+        {
+            const psap::NeighbourItem item = {{a, b}, 0, false, true};
+            const bool isSent = (sent[a / 32] >> a % 32 & 1u) != 0 || (sent[b / 32] >> b % 32 & 1u) != 0;
+            step.sentRows = sent.data();
+            ASSERT_EQ(step.isUndecided(item), isSent) << a << ", " << b;
+            undecided += isSent ? 1 : 0;
+            step.sentRows = nullptr;
+            ASSERT_TRUE(step.isUndecided(item));
+        }
+    EXPECT_NEAR(undecided, 0.51 * kRows * kRows, 0.2 * kRows * kRows);
+}
+
+TEST(PsapSkins, SampleOnlyBoxesOfTheSet)
+{
+    constexpr float kBehind = 1000;
+    std::vector<Aabb> boxes(5001, cube(0, 1));
+    std::uint64_t clamped = 0;
+    for (std::uint64_t count = 1; count < boxes.size(); ++count)
+    {
+        boxes[count] = cube(0, kBehind);
+        for (const std::uint64_t most : {4u, 100u, 1024u})
+        {
+            const std::uint64_t stride = (count + most - 1) / most;
+            const std::uint64_t last = (count + stride - 1) / stride - 1;
+            std::vector<psap::BoxInSample> sample(last + 1);
+            psap::SampleBoxes<psap::RowBoxes>{
+                {boxes.data(), boxes.data()}, stride, count, sample.data()}(last);
+            ASSERT_EQ(sample[last].side, 1) << count << ", " << most;
+            clamped += last * stride + stride > count ? 1 : 0;
+        }
+        boxes[count] = cube(0, 1);
+    }
+    EXPECT_GT(clamped, 1000u) << "the last box of the sample may lie behind the set";
+}
+
 /// A scene as input of the policy: boxes of one size that move equally far in each set.
 class Scene
 {
@@ -209,7 +260,7 @@ public:
     /// @param way motion of the boxes, if it changes
     void step(float way)
     {
-        const bool isFollowed = m_policy.chooseFollow(boxes, 0);
+        const bool isFollowed = m_policy.chooseFollow(boxes, thinnest);
         m_gone += way;
         if (isFollowed)
             follow();
@@ -230,6 +281,7 @@ public:
     void step() { step(m_way); }
 
     std::uint64_t boxes = 100000;
+    float thinnest = 0;
     int searched = 0, followed = 0, voids = 0, ahead = 0, behind = 0;
 
 private:
@@ -333,6 +385,37 @@ TEST(SkinPolicy, UsesNoNeighbourListsInSmallWorldsUnlessForced)
     }
     EXPECT_EQ(small.count(NeighbourMode::Search), 100);
     EXPECT_GT(forced.count(NeighbourMode::Follow), 70);
+}
+
+TEST(SkinPolicy, EndsNeighbourListWhenTooFewBoxesAreLeft)
+{
+    Scene scene(PsapNearPairs::Automatic, 0.001f);
+    for (int set = 0; set < 10; ++set)
+        scene.step();
+    ASSERT_EQ(scene.step(), NeighbourMode::Follow);
+    scene.boxes = 1000;
+    EXPECT_EQ(scene.step(), NeighbourMode::Search);
+    EXPECT_EQ(scene.step(), NeighbourMode::Search);
+    scene.boxes = 100000;
+    EXPECT_EQ(scene.step(), NeighbourMode::Begin) << "the old list lacks the sets between";
+}
+
+TEST(SkinPolicy, MakesNoNeighbourListsWithSkinsThickerThanAQuarterOfABoxUnlessForced)
+{
+    for (const float thinnest : {0.0f, 0.2f, 0.25f, 0.26f, 1.0f})
+    {
+        SCOPED_TRACE(thinnest);
+        SceneBehind scene(PsapNearPairs::Automatic, 0.001f), forced(PsapNearPairs::Always, 0.001f);
+        scene.thinnest = forced.thinnest = thinnest;
+        for (int set = 0; set < 50; ++set)
+        {
+            scene.step();
+            forced.step();
+        }
+        EXPECT_EQ(scene.followed > 40, thinnest <= 0.25f);
+        EXPECT_EQ(scene.searched == 50, thinnest > 0.25f);
+        EXPECT_GT(forced.followed, 40);
+    }
 }
 
 TEST(SkinPolicy, TriesNeighbourListsAgainWhenSceneComesToRest)
