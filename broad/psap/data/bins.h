@@ -181,7 +181,7 @@ private:
         const auto rangeOf = [&](std::uint32_t k) -> BinRange
         {
             if (k >= cells.count)
-                return {0, 0, 0, 0, 0};
+                return {};
             const std::uint32_t cell = cells.index() * level.binCount;
             const Place from = {cell + bin0, 0};
             const bool isCut = (k == 0 || level.isWrapFree == 0) && successor.bin >= from.bin;
