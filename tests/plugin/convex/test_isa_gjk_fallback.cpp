@@ -155,4 +155,29 @@ TEST(IsaGjkFallback, GivesFiniteContactsOrCountsFailureForExtremeNumbers)
     EXPECT_GT(touching, 100u);
     EXPECT_GT(failed, 30u);
 }
+
+TEST(IsaGjkFallback, CountsEveryTestOfPairThatItLeavesToBullet)
+{
+    const auto cube = makeHullShape(boxPoints(0.5, 0.5, 0.5));
+    btCylinderShape insideOut(vec(0.5, 0.5, 0.5));
+    insideOut.setMargin(1);
+    btCapsuleShape capsule(btScalar(0.25), btScalar(0.5));
+    ConvexBench bench;
+    std::uint64_t tests = 0;
+    const auto expectCounted = [&](btCollisionShape& upper, btCollisionShape& lower)
+    {
+        ConvexPairProbe probe(bench.dispatcher, *cube, *cube);
+        probe.bodyA.setCollisionShape(&upper);
+        probe.bodyB.setCollisionShape(&lower);
+        for (const double x : {0.3, 0.45, 3.0})
+        {
+            probe.place(vec(x, 0, 0), vec(0, 0, 0));
+            probe.step();
+            EXPECT_EQ(bench.registration->stats().delegatedTotal, ++tests) << upper.getName() << " at " << x;
+        }
+    };
+    expectCounted(insideOut, *cube);
+    expectCounted(capsule, capsule);
+    EXPECT_EQ(bench.registration->stats().separatedTotal, 0u);
+}
 }  // namespace cullet::test

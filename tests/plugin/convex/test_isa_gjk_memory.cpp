@@ -182,4 +182,33 @@ TEST(DispatcherMemory, LosesNoTouchingPairAfterFailedAllocationInEarlierDispatch
     }
     EXPECT_GT(failures, 3u);
 }
+
+TEST(DispatcherMemory, ReadsNoBodyOfRemovedPairThatCouldNotBeTracked)
+{
+    const auto cube = makeHullShape(boxPoints(0.5, 0.5, 0.5));
+    std::uint64_t failures = 0;
+    bool isReached = true;
+    for (std::size_t after = 0; isReached; ++after)
+    {
+        SCOPED_TRACE(after);
+        PairBench pairs;
+        pairs.addPair(*cube, 0.3);
+        pairs.dispatch(3);
+        pairs.addPair(*cube, 0.3);
+        {
+            const OneNewFails failure(after);
+            pairs.dispatch();
+            isReached = failure.hasHappened();
+        }
+        failures += isReached ? 1 : 0;
+        for (const std::size_t i : {2u, 3u})
+        {
+            pairs.cache.removeOverlappingPairsContainingProxy(&pairs.bodies[i].proxy, &pairs.dispatcher);
+            pairs.bodies[i].destroy();
+        }
+        pairs.dispatch(3);
+        EXPECT_EQ(pairs.dispatcher.stillPairs(), 1u);
+    }
+    EXPECT_GE(failures, 3u) << "room for the pair, and the place of each of its bodies";
+}
 }  // namespace cullet::test

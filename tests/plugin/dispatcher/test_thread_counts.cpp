@@ -85,12 +85,28 @@ std::size_t threadsOfThisProcess()
     return static_cast<std::size_t>(std::distance(begin(tasks), end(tasks)));
 }
 
+/// A sanitizer starts its own thread with the first thread of a program.
+class FirstThread
+{
+public:
+    FirstThread() : m_thread([this] { m_isOver.get_future().wait(); }) {}
+    ~FirstThread()
+    {
+        m_isOver.set_value();
+        m_thread.join();
+    }
+    FirstThread(const FirstThread&) = delete;
+    FirstThread& operator=(const FirstThread&) = delete;
+
+private:
+    std::promise<void> m_isOver;
+    std::thread m_thread;
+};
+
 // A step of two hundred bodies ends before a thread would join.
 TEST(ThreadCounts, RiseForLargeWorldsOnly)
 {
-    // A sanitizer starts its own thread with the first thread of a program.
-    std::promise<void> isOver;
-    std::thread first([&isOver] { isOver.get_future().wait(); });
+    const FirstThread first;
     const std::size_t before = threadsOfThisProcess();
     DriftingWorld small(8, 6);
     small.step(4);
@@ -100,8 +116,36 @@ TEST(ThreadCounts, RiseForLargeWorldsOnly)
     large.step(4);
     EXPECT_GT(large.idlePairs(), 8000u);
     EXPECT_EQ(threadsOfThisProcess(), before + (std::thread::hardware_concurrency() > 1 ? 1 : 0));
-    isOver.set_value();
-    first.join();
+}
+
+TEST(ThreadCounts, FollowBroadphaseOptionsRatherThanThoseOfGrid)
+{
+    const FirstThread first;
+    const std::size_t before = threadsOfThisProcess();
+    for (const int threads : {1, 2})
+    {
+        BroadphaseOptions options;
+        options.backend = BackendChoice::Grid;
+        options.threads = threads;
+        options.grid.threads = 3 - threads;
+        Broadphase broadphase(options);
+        std::vector<btBroadphaseProxy*> proxies;
+        const btVector3 half = vec(0.5, 0.5, 0.5);
+        for (int i = 0; i < 20000; ++i)
+        {
+            const btVector3 at = vec(i % 30, i / 30 % 30, i / 900);
+            proxies.push_back(broadphase.createProxy(at - half, at + half, 0, nullptr, 1, -1, nullptr));
+        }
+        for (int update = 0; update < 3; ++update)
+        {
+            for (btBroadphaseProxy* proxy : proxies)
+                broadphase.setAabb(proxy, proxy->m_aabbMin + vec(0.01, 0, 0),
+                                   proxy->m_aabbMax + vec(0.01, 0, 0), nullptr);
+            broadphase.calculateOverlappingPairs(nullptr);
+        }
+        const bool hasThread = threads == 2 && std::thread::hardware_concurrency() > 1;
+        EXPECT_EQ(threadsOfThisProcess(), before + (hasThread ? 1 : 0)) << threads << " threads";
+    }
 }
 #endif
 

@@ -362,6 +362,23 @@ TEST(HullCache, BuildsAGraphWhenContactsHaveCostAsMuch)
     EXPECT_LE(contacts, (HullCache::kLeastScans + HullCache::kScanSpread) / HullCache::kScansOfContact + 1);
 }
 
+TEST(HullCache, BuildsNoGraphOfAHullThatTouchesNothing)
+{
+    std::mt19937 engine(19);
+    const auto shape = makeHullShape(ballPoints(32, 0.5, 17)), other = makeHullShape(ballPoints(32, 0.5, 18));
+    ConvexBench bench;
+    ConvexPairProbe probe(bench.dispatcher, *shape, *other);
+    const std::uint64_t before = hullCacheStats().buildsTotal;
+    // More tests than a hull has contacts before it gets a graph; from all sides, so that each searches anew.
+    for (int i = 0; i < 100; ++i)
+    {
+        probe.place(quatRotate(randomRotation(engine), vec(3, 0, 0)), vec(0, 0, 0));
+        EXPECT_TRUE(probe.query().empty());
+    }
+    EXPECT_EQ(bench.registration->stats().separatedTotal, 100u);
+    EXPECT_EQ(hullCacheStats().buildsTotal, before);
+}
+
 TEST(HullCache, BuildsAGraphOfVeryManyPointsOnlyWhenItIsPrepared)
 {
     std::vector<btVector3> points = ballPoints(HullCache::kMostBuilt, 0.5, 12);
