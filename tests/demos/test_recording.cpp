@@ -225,5 +225,40 @@ TEST(Replay, GivesOneHashAndThreeRowsPerBackend)
     EXPECT_EQ(results.rows().back()["pairs"], 0) << "they touch in frame 2 only";
     std::remove(path.c_str());
 }
+
+TEST(RecordingBroadphase, PassesEveryQuestionOnToTheBroadphaseInside)
+{
+    struct Inner final : btDbvtBroadphase
+    {
+        void printStats() override { ++printCount; }
+        void resetPool(btDispatcher*) override { ++resetCount; }
+        int printCount = 0, resetCount = 0;
+    } inner;
+    const std::string path = temporaryFile("questions");
+    RecordingBroadphase broadphase(inner, path);
+    btBroadphaseProxy* proxy = broadphase.createProxy(vec(1, 2, 3), vec(2, 3, 4), 0, nullptr, 1, -1, nullptr);
+    broadphase.printStats();
+    EXPECT_EQ(inner.printCount, 1);
+    broadphase.resetPool(nullptr);
+    EXPECT_EQ(inner.resetCount, 1);
+    btVector3 min, max;
+    broadphase.getAabb(proxy, min, max);
+    EXPECT_EQ(min, vec(1, 2, 3));
+    EXPECT_EQ(max, vec(2, 3, 4));
+    struct Hits final : btBroadphaseRayCallback
+    {
+        bool process(const btBroadphaseProxy*) override
+        {
+            ++count;
+            return true;
+        }
+        int count = 0;
+    } hits;
+    broadphase.aabbTest(vec(0, 0, 0), vec(9, 9, 9), hits);
+    EXPECT_EQ(hits.count, 1);
+    broadphase.destroyProxy(proxy, nullptr);
+    ASSERT_TRUE(broadphase.finish()) << broadphase.error();
+    std::remove(path.c_str());
+}
 }  // namespace
 }  // namespace cullet
