@@ -78,6 +78,8 @@ public:
     double length2() const { return m_length2; }
     /// Edges added.
     std::int32_t steps() const { return m_steps; }
+    /// Passes over the neighbours that were repeated in double, at several times the cost.
+    std::int32_t levelPasses() const { return m_levelPasses; }
     /// The corner: a support vertex of each hull along closest().
     std::int32_t vertexA() const { return m_vertexA; }
     std::int32_t vertexB() const { return m_vertexB; }
@@ -376,7 +378,7 @@ private:
     ///
     /// @param a, b [in, out] the corner; then the end of the edge
     /// @return false if there is none
-    [[gnu::noinline]] bool findRise(std::int32_t& a, std::int32_t& b) const
+    [[gnu::noinline]] bool findRise(std::int32_t& a, std::int32_t& b)
     {
         const S x = static_cast<S>(m_closest[0]), y = static_cast<S>(m_closest[1]),
                 z = static_cast<S>(m_closest[2]);
@@ -399,8 +401,9 @@ private:
 
     /// findRise() in double. Neighbours level with the corner may hardly span their cone, as points on an edge that
     /// rounding has moved off it; then a support search decides.
-    [[gnu::noinline]] bool findLevelRise(std::int32_t& a, std::int32_t& b) const
+    [[gnu::noinline]] bool findLevelRise(std::int32_t& a, std::int32_t& b)
     {
+        ++m_levelPasses;
         EdgeRise best = {0.0, a, b};
         for (const std::int32_t neighbour : m_a.hull().neighbours(m_vertexA))
             keepHigher(neighbour, m_vertexB, best);
@@ -449,6 +452,7 @@ private:
     std::array<double, 2> m_weights = {};
     int m_count = 0;  ///< edges
     std::int32_t m_steps = 0;
+    std::int32_t m_levelPasses = 0;
     Eigen::Vector3d m_closest;
     double m_length2 = 0.0;
     double m_least2 = 0.0;
