@@ -289,7 +289,8 @@ std::uint64_t ColumnGridBackend::bytes() const
                         m_awakePairs.bytes();
     sum += bytesOf(m_known, m_reference, m_states, m_filterWords, m_hysteresisPairs, m_overlapping,
                    m_nextOverlapping, m_motion.migrated, m_motions, m_awake, m_lists, m_parts,
-                   m_awakePairsBoxes, m_oldKeys, m_insideSkin, m_outsideSkin, m_anchors, m_moverStamps);
+                   m_awakePairsBoxes, m_oldKeys, m_insideSkin, m_outsideSkin, m_anchors, m_moverStamps,
+                   m_found, m_added, m_removed, m_threadDeltas);
     for (const NeighbourPart& part : m_parts)
         sum += part.bytes();
     for (const std::vector<KeyList>* lists : {&m_found, &m_added, &m_removed})

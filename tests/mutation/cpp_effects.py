@@ -59,7 +59,7 @@ class Effects:
                 continue
             chain = Chain(tokens, index)
             is_statement = index == begin
-            if is_statement and chain.opening is not None and not chain.path:
+            if is_statement and chain.opening is not None and not chain.path and chain.next in ASSIGNMENT | {";"}:
                 called = chain.opening
             if not chain.path or chain.path[0] in WORDS:
                 continue

@@ -119,16 +119,17 @@ class Makes(unittest.TestCase):
 
     def test_order_of_statements_when_one_changes_what_the_other_uses(self):
         self.assertEqual(changes("a.b();\na.c();\nd.e();", "order"), {"a.b(); a.c(); -> a.c(); a.b();"})
-        for first, second in (("a.x = b;", "c = a.x;"), ("c = a->x.y;", "a->x = b;"), ("a = b;", "b = c;"), ("a.b();", "c = a.d.e;"),
-                              ("++a;", "b[a] = c;"), ("*a++ = b;", "c = a - d;"), ("a[i] += b;", "c = a[j].x;"),
-                              ("std::copy(b, c, &a);", "d = a;"), ("f(a);", "b.g(a);"), ("s << a;", "s << b;"),
-                              ("this->a = b;", "c = a;")):
+        for first, second in (("a.x = b;", "c = a.x;"), ("c = a->x.y;", "a->x = b;"), ("a = b;", "b = c;"),
+                              ("a.b();", "c = a.d.e;"), ("++a;", "b[a] = c;"), ("*a++ = b;", "c = a - d;"),
+                              ("a[i] += b;", "c = a[j].x;"), ("std::copy(b, c, &a);", "d = a;"), ("f(a);", "b.g(a);"),
+                              ("std::tie(a, b) = c;", "d = b;"), ("s << a;", "s << b;"), ("this->a = b;", "c = a;")):
             self.assertEqual(changes(f"{first}\n{second}", "order"), {f"{first} {second} -> {second} {first}"})
 
     def test_no_order_of_statements_that_only_read_the_same(self):
         for first, second in (("a.x = b;", "a.y = b;"), ("a = b.c();", "d = b.e();"), ("a.b(f(c));", "d.b(f(c));"),
                               ("std::memcpy(&a, &b, sizeof a);", "std::memcpy(&c, &d, sizeof c);"), ("a = x.b;", "b = y.a;"),
-                              ("a = static_cast<T>(c);", "b = static_cast<T>(c);"), ("f();", "g();")):
+                              ("a = static_cast<T>(c);", "b = static_cast<T>(c);"),
+                              ("f();", "g();"), ("a = b;", "f(b).c = d;")):
             self.assertEqual(changes(f"{first}\n{second}", "order"), set(), f"{first} {second}")
 
     def test_locks_and_memory_orders(self):
