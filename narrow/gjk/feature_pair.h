@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include "cullet/narrow/gjk/bent_face.h"
+#include "cullet/narrow/gjk/feature_side.h"
 #include "cullet/narrow/gjk/vertex_pairs.h"
 #include "cullet/narrow/hull/block_scan.h"
 #include "cullet/narrow/hull/posed_hull.h"
@@ -15,7 +17,6 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <limits>
 
 namespace cullet
 {
@@ -87,7 +88,7 @@ public:
 private:
     /// Thresholds for strictly inside, as a part of an edge or of the size, and for strictly behind, as a slope; far
     /// more than rounding. Expansions end before they tell apart normals that differ by less than the one for depths.
-    static constexpr double kInside = 1e-9, kSlope = 1e-9, kDeepSlope = 1e-5;
+    static constexpr double kInside = 1e-9, kBentInside = 1e-5, kSlope = 1e-9, kDeepSlope = 1e-5;
     /// Tolerance of coplanar points, times the size; some hundred roundings.
     static constexpr double kPlane = 1e-13;
     /// Squared sine below which the normal of two directions is unreliable.
@@ -95,30 +96,9 @@ private:
 
     using Vector = Eigen::Vector3d;
     using Corners = typename Hull<S>::Span;
-
     using Ids = DistinctVertices;
 
-    /// A hull with its basis in double. Points are relative to the origin of their own hull, except those of pointB().
-    struct Side
-    {
-        const Shape& shape;
-        Eigen::Matrix3d basis;
-
-        const Hull<S>& hull() const { return shape.hull(); }
-        /// No point is farther from the origin. Exact for a triangle, on which the third axis of the basis has no
-        /// influence.
-        double reach() const
-        {
-            if (hull().kind() != HullKind::Polygon || hull().vertexCount() > 3)
-                return double(shape.size());
-            return std::sqrt(std::max(point(1).squaredNorm(), point(2).squaredNorm()));
-        }
-        Vector point(std::int32_t vertex) const
-        {
-            const S* const v = hull().lanes(vertex);
-            return basis.col(0) * double(v[0]) + basis.col(1) * double(v[1]) + basis.col(2) * double(v[2]);
-        }
-    };
+    using Side = FeatureSide<S>;
 
     static std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
@@ -225,8 +205,9 @@ private:
         else
             return false;
         Plane plane;
-        // If rounding has moved corners off the plane, the triangle alone is used.
         const bool isFlat = corners.size() >= 3 && findPlane(side, corners, plane);
+        if (!isFlat && !m_isDeep && corners.size() > 3)
+            return solveBentFace(side, corners, other, vertex, isOfA);
         if (!isFlat)
             corners = {three.data(), three.data() + 3};
         if (!isFlat && !findPlane(side, corners, plane))
@@ -238,16 +219,36 @@ private:
                       : isStrictSupport(side, three[0], three[1], outward, three[2]);
     }
 
+    /// solveFace() for corners that rounding has moved off their plane. The triangle that is highest under the vertex is a
+    /// face of the hull, whichever one the search has found.
+    bool solveBentFace(const Side& side, const Corners& corners, const Side& other, std::int32_t vertex,
+                       bool isOfA)
+    {
+        const Vector point = other.point(vertex) + (isOfA ? m_offset : Vector(-m_offset));
+        const auto corner = [&](std::int32_t i) { return side.point(corners[i]); };
+        const Vector normal = areaNormal(corners.size(), corner).normalized();
+        std::array<std::int32_t, 3> three;
+        if (!isInside(side, corners, normal, point, kBentInside) ||
+            !findHighestTriangle(corners.size(), corner, normal, point, kPlane * double(side.shape.size()),
+                                 three))
+            return false;
+        for (std::int32_t& id : three)
+            id = corners[id];
+        const Corners triangle = {three.data(), three.data() + 3};
+        Plane plane;
+        return findPlane(side, triangle, plane) && setVertexOver(side, triangle, plane, other, vertex, isOfA);
+    }
+
     /// Sets the answer of a vertex strictly over a face and strictly ahead of all other vertices of its hull.
     bool setVertexOver(const Side& side, const Corners& corners, const Plane& plane, const Side& other,
                        std::int32_t vertex, bool isOfA)
     {
         const Vector point = other.point(vertex) + (isOfA ? m_offset : Vector(-m_offset));
         // The foot of the least depth is always in the face.
-        if (!m_isDeep && !isInside(side, corners, plane, point))
+        if (!m_isDeep && !isInside(side, corners, plane.ccwNormal, point, kInside))
             return false;
         setOver(plane, point, isOfA);
-        (isOfA ? m_vertexA : m_vertexB) = corners[0];
+        (isOfA ? m_vertexA : m_vertexB) = corners[Side::firstOf(corners)];
         (isOfA ? m_vertexB : m_vertexA) = vertex;
         m_areCorners = false;
         return isStrictSupport(other, vertex, -1, isOfA ? m_normal : Vector(-m_normal));
@@ -255,12 +256,11 @@ private:
 
     static bool isCloud(const Side& side) { return side.hull().kind() == HullKind::Cloud; }
 
-    /// Corners of the face that contains three vertices, for a flat hull the face towards a direction; none if it is
-    /// unknown.
+    /// Corners of the face that contains three vertices, towards a direction; none if it is unknown.
     static Corners faceOf(const Side& side, const Ids& ids, const Vector& direction)
     {
         const Hull<S>& hull = side.hull();
-        const bool isFlat = hull.kind() == HullKind::Polygon;
+        // A hull without thickness may have two faces of the same corners.
         const auto isTowards = [&](std::int32_t face)
         {
             const Vector& normal = hull.faces()[static_cast<std::size_t>(face)].normal;
@@ -272,7 +272,7 @@ private:
             int found = 0;
             for (const std::int32_t corner : corners)
                 found += corner == ids.id[1] || corner == ids.id[2] ? 1 : 0;
-            if (found == 2 && (!isFlat || isTowards(face)))
+            if (found == 2 && isTowards(face))
                 return corners;
         }
         return {nullptr, nullptr};
@@ -281,11 +281,11 @@ private:
     /// @return false if the corners are not in one plane
     static bool findPlane(const Side& side, const Corners& corners, Plane& plane)
     {
-        const std::int32_t count = corners.size();
+        const std::int32_t count = corners.size(), first = Side::firstOf(corners);
         const double size = double(side.shape.size());
-        plane.first = side.point(corners[0]);
-        const Vector across = (side.point(corners[count / 3]) - plane.first)
-                                  .cross(side.point(corners[2 * count / 3]) - plane.first);
+        plane.first = side.point(corners[first]);
+        const Vector across = (side.point(corners[(first + count / 3) % count]) - plane.first)
+                                  .cross(side.point(corners[(first + 2 * count / 3) % count]) - plane.first);
         const double length = std::sqrt(across.squaredNorm());
         if (!(length > kParallel2 * size * size))
             return false;
@@ -298,15 +298,16 @@ private:
         return true;
     }
 
-    /// Whether a point is strictly over or under a face.
-    bool isInside(const Side& side, const Corners& corners, const Plane& plane, const Vector& point) const
+    /// Whether a point is strictly over or under a face, by a part of the size.
+    bool isInside(const Side& side, const Corners& corners, const Vector& ccwNormal, const Vector& point,
+                  double part) const
     {
         Vector last = side.point(corners[corners.size() - 1]);
         for (const std::int32_t corner : corners)
         {
             const Vector next = side.point(corner), edge = next - last;
             // A NaN makes the comparison false.
-            if (!(plane.ccwNormal.dot(edge.cross(point - last)) > kInside * m_size * edge.cwiseAbs().sum()))
+            if (!(ccwNormal.dot(edge.cross(point - last)) > part * m_size * edge.cwiseAbs().sum()))
                 return false;
             last = next;
         }
@@ -342,8 +343,10 @@ private:
     {
         const Corners corners = levelFace(side, vertex, isOfA ? Vector(-m_about) : m_about);
         Plane plane;
-        if (corners.size() < 3 || !findPlane(side, corners, plane))
+        if (corners.size() < 3)
             return false;
+        if (!findPlane(side, corners, plane))
+            return !m_isDeep && corners.size() > 3 && solveBentFace(side, corners, other, otherVertex, isOfA);
         const Vector offset = isOfA ? m_offset : Vector(-m_offset);
         const Corners above = levelFace(other, otherVertex, isOfA ? m_about : Vector(-m_about));
         if (above.size() >= 3 && areLevel(other, above, plane.ccwNormal))
@@ -415,13 +418,13 @@ private:
     {
         const Vector level = other.point(above[0]) + offset;
         setOver(plane, level, isOfA);
-        (isOfA ? m_vertexA : m_vertexB) = corners[0];
+        (isOfA ? m_vertexA : m_vertexB) = corners[Side::firstOf(corners)];
         (isOfA ? m_vertexB : m_vertexA) = above[0];
         m_areCorners = false;
         for (const std::int32_t corner : above)
         {
             const Vector point = other.point(corner) + offset;
-            if (isInside(side, corners, plane, point))
+            if (isInside(side, corners, plane.ccwNormal, point, kInside))
                 return setLevelPoint(plane, point, level, isOfA), true;
         }
         Plane otherPlane;
@@ -430,7 +433,7 @@ private:
         for (const std::int32_t corner : corners)
         {
             const Vector point = side.point(corner);
-            if (isInside(other, above, otherPlane, point - offset))
+            if (isInside(other, above, otherPlane.ccwNormal, point - offset, kInside))
                 return setLevelPoint(plane, point, level, isOfA), true;
         }
         return false;
@@ -451,15 +454,14 @@ private:
     bool isStrictSupport(const Side& side, std::int32_t vertex, std::int32_t but, const Vector& direction,
                          std::int32_t alsoExcept = -1) const
     {
-        // A height larger than the rounding of direction and products, which most vertices exceed.
-        const S clear = side.shape.tieBand() + S(8) * std::numeric_limits<S>::epsilon() * side.shape.size();
+        const S clear = side.clearHeight();
         if (!m_isDeep && but < 0 && side.shape.isStrictSupport(vertex, direction.template cast<S>(), clear))
             return true;
-        const Vector local = side.basis.transpose() * direction, from = localPoint(side, vertex);
+        const Vector local = side.basis.transpose() * direction, from = side.localPoint(vertex);
         const double slope = m_isDeep ? kDeepSlope : kSlope, slope2 = slope * slope * local.squaredNorm();
         const auto isBehind = [&](std::int32_t other)
         {
-            const Vector way = localPoint(side, other) - from;
+            const Vector way = side.localPoint(other) - from;
             const double rise = local.dot(way);
             return other == vertex || other == but || other == alsoExcept ||
                    (rise < 0.0 && rise * rise > slope2 * way.squaredNorm());
@@ -470,12 +472,6 @@ private:
         const double sure = (32.0 * double(std::numeric_limits<S>::epsilon()) + 4.0 * slope) *
                             side.hull().radius() * local.cwiseAbs().sum();
         return isTrueNear<S>(side.hull(), local.template cast<S>(), vertex, static_cast<S>(sure), isBehind);
-    }
-
-    static Vector localPoint(const Side& side, std::int32_t vertex)
-    {
-        const S* const v = side.hull().lanes(vertex);
-        return {double(v[0]), double(v[1]), double(v[2])};
     }
 
     const Side m_a, m_b;

@@ -70,13 +70,10 @@ private:
         m_step = PairAlgorithms(m_bench, m_pair).step(m_pair);
     }
 
-    /// Over a face that rounding has bent, several triangles are nearly the closest, and which one a search finds depends
-    /// on where it began: a known fault, of some roundings. There the answers are compared with the exact one alone.
     void requireSame(const Contacts& contacts, const Contacts& expected, const char* what)
     {
-        const bool mayBeBent = m_scene.specs[0].isPlane || m_scene.specs[1].isPlane;
-        const bool isSame = mayBeBent ? contacts.empty() == expected.empty() : areSame(contacts, expected);
-        m_fault.require(isSame, what, ": ", textOf(contacts), ", instead of ", textOf(expected));
+        m_fault.require(areSame(contacts, expected), what, ": ", textOf(contacts), ", instead of ",
+                        textOf(expected));
     }
 
     void checkHistory()

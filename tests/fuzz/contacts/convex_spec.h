@@ -48,7 +48,6 @@ struct ConvexSpec
     std::array<double, 3> scaling = {1, 1, 1};  ///< of a hull
     double margin = 0.03125;
     int axis = 1;
-    bool isPlane = false;  ///< the points of the hull are in a plane, up to their rounding
 
     bool isPolytope() const { return kind < SpecKind::Cylinder; }
     bool isRound() const { return kind == SpecKind::Sphere || kind == SpecKind::Capsule; }

@@ -54,7 +54,6 @@ inline void chooseHull(Choices& choices, ConvexSpec& spec)
     const auto form = static_cast<HullForm>(choices.below(static_cast<std::uint32_t>(HullForm::kCount)));
     const std::uint32_t count = 1 + choices.below(ConvexSpec::kMostPoints);
     const bool isBox = choices.chance(48);
-    spec.isPlane = form == HullForm::Plane && !isBox && count > 3;
     Random random(choices.below(65536) + 1);
     spec.points.clear();
     for (std::uint32_t i = 0; i < count && !isBox; ++i)
@@ -79,7 +78,6 @@ inline void chooseShape(Choices& choices, ConvexSpec& spec)
         kind < static_cast<std::uint32_t>(SpecKind::kCount) ? static_cast<SpecKind>(kind) : SpecKind::Hull;
     if (spec.kind == SpecKind::Hull)
         return chooseHull(choices, spec);
-    spec.isPlane = false;
     spec.axis = static_cast<int>(choices.below(3));
     for (double& half : spec.half)
         half = lengthOf(choices);

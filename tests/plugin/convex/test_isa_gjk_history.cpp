@@ -287,6 +287,38 @@ TEST(IsaGjkThreshold, GivesSameContactsWhateverWasQueriedBefore)
     EXPECT_GT(touching, 100);
 }
 
+/// Corners of one face that rounding has moved off its plane: several triangles of them are nearly the closest.
+TEST(IsaGjkDistances, DependOnNoEarlierPoseOverFaceThatRoundingBends)
+{
+    constexpr unsigned kSeed = 12;
+    SCOPED_TRACE(kSeed);
+    Random random(kSeed);
+    ConvexBench bench;
+    const auto pin = makeHullShape({vec(0, 0, 0)});
+    for (int i = 0; i < 1500; ++i)
+    {
+        std::vector<btVector3> points;
+        const btQuaternion tilt = turn(random, 1);
+        for (int corner = 0; corner < 9; ++corner)
+            points.push_back(quatRotate(tilt, vec(std::cos(0.7 * corner), 0, std::sin(0.7 * corner))));
+        // Flat, or the base of a pyramid.
+        if (i % 2 == 0)
+            points.push_back(quatRotate(tilt, vec(0, -1, 0)));
+        const auto plate = makeHullShape(points);
+        ConvexPairProbe used(bench.dispatcher, *pin, *plate, BT_CLOSEST_POINT_ALGORITHMS);
+        ConvexPairProbe fresh(bench.dispatcher, *pin, *plate, BT_CLOSEST_POINT_ALGORITHMS);
+        btTransform pose(btQuaternion::getIdentity(), btVector3(0, 0, 0));
+        for (int frame = 0; frame < 5; ++frame)
+        {
+            const double x = 0.6 * uniform(random), z = 0.6 * uniform(random);
+            pose.setOrigin(-quatRotate(tilt, vec(x, 0.5, z)));
+            queryAt(used, pose, 1);
+        }
+        ASSERT_EQ(queryAt(used, pose, 1), queryAt(fresh, pose, 1)) << i;
+    }
+    EXPECT_EQ(bench.registration->stats().touchingTotal, 1500u * 7);
+}
+
 /// Points whose hull has clear faces, faces that are level up to rounding, or no faces.
 std::vector<btVector3> anyPoints(Random& random, int kind)
 {
@@ -414,6 +446,35 @@ TEST(IsaGjkGraphs, ChangeNoBitOfContacts)
     EXPECT_GT(withoutGraph, 500);
     EXPECT_GT(withGraph, 80);
     EXPECT_GT(several, 100);
+}
+
+/// A hull of three points is a flat one with a graph, and a cloud of points before.
+TEST(IsaGjkGraphs, ChangeNoBitOfDistancesToTriangles)
+{
+    constexpr unsigned kSeed = 13;
+    SCOPED_TRACE(kSeed);
+    Random random(kSeed);
+    ConvexBench bench;
+    const auto pin = makeHullShape({vec(0, 0, 0)});
+    int over = 0;
+    for (int i = 0; i < 500; ++i)
+    {
+        const std::vector<btVector3> points = {uniformVec(random), uniformVec(random), uniformVec(random)};
+        const btVector3 middle = (points[0] + points[1] + points[2]) / 3;
+        const btVector3 normal = (points[1] - points[0]).cross(points[2] - points[0]).normalized();
+        const btTransform at(turn(random, 3));
+        const btTransform pose =
+            at * btTransform(btQuaternion::getIdentity(), -middle - normal * btScalar(0.5));
+        const auto known = makeHullShape(points), unknown = makeHullShape(points);
+        ConvexPairProbe before(bench.dispatcher, *pin, *unknown, BT_CLOSEST_POINT_ALGORITHMS);
+        const std::vector<double> expected = queryAt(before, pose, 1);
+        prepare(*known);
+        ConvexPairProbe after(bench.dispatcher, *pin, *known, BT_CLOSEST_POINT_ALGORITHMS);
+        ASSERT_EQ(queryAt(after, pose, 1), expected) << i;
+        invalidate(*known);
+        over += expected.empty() ? 0 : 1;
+    }
+    EXPECT_EQ(over, 500);
 }
 }  // namespace
 }  // namespace cullet::test

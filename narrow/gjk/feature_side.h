@@ -1,0 +1,56 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "cullet/narrow/hull/posed_hull.h"
+
+#include <Eigen/Core>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+
+namespace cullet
+{
+/// A hull with its basis in double. Points are relative to its origin.
+template <class S>
+struct FeatureSide
+{
+    const PosedHull<S>& shape;
+    Eigen::Matrix3d basis;
+
+    const Hull<S>& hull() const { return shape.hull(); }
+    /// No point is farther from the origin. Exact for a triangle, on which the third axis of the basis has no influence.
+    double reach() const
+    {
+        if (hull().kind() != HullKind::Polygon || hull().vertexCount() > 3)
+            return double(shape.size());
+        return std::sqrt(std::max(point(1).squaredNorm(), point(2).squaredNorm()));
+    }
+    Eigen::Vector3d point(std::int32_t vertex) const
+    {
+        const S* const v = hull().lanes(vertex);
+        return basis.col(0) * double(v[0]) + basis.col(1) * double(v[1]) + basis.col(2) * double(v[2]);
+    }
+    /// The corner from which the plane of a face is computed. The corners of a triangle are in another order while the
+    /// hull has no graph.
+    static std::int32_t firstOf(const typename Hull<S>::Span& corners)
+    {
+        const bool isTriangle = corners.size() == 3;
+        return isTriangle ? std::int32_t(std::min_element(corners.begin(), corners.end()) - corners.begin())
+                          : 0;
+    }
+    /// In the axes of the hull.
+    Eigen::Vector3d localPoint(std::int32_t vertex) const
+    {
+        const S* const v = hull().lanes(vertex);
+        return {double(v[0]), double(v[1]), double(v[2])};
+    }
+    /// A height larger than the rounding of a direction and of products in the hull's scalar.
+    S clearHeight() const
+    {
+        return shape.tieBand() + S(8) * std::numeric_limits<S>::epsilon() * shape.size();
+    }
+};
+}  // namespace cullet
