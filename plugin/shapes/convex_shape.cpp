@@ -66,8 +66,11 @@ PosedShape poseCapsule(const btCapsuleShape& capsule, const btTransform& transfo
 {
     const Matrix basis = basisOf(transform);
     const int up = capsule.getUpAxis();
+    const btScalar half = capsule.getHalfHeight();
+    // The other columns are only multiplied by zeros; they are as long, so that the size of the core is a length.
+    const btScalar across = half > 0 ? half : btScalar(1);
     Matrix turned;
-    turned << basis.col(up) * capsule.getHalfHeight(), basis.col((up + 1) % 3), basis.col((up + 2) % 3);
+    turned << basis.col(up) * half, basis.col((up + 1) % 3) * across, basis.col((up + 2) % 3) * across;
     return {unitHulls().segment, turned, toEigen(transform.getOrigin())};
 }
 

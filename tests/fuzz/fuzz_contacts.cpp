@@ -154,8 +154,8 @@ private:
     }
 
     /// A power of two changes no bit of a distance, unless axes become so long or short that they are scaled before they
-    /// are tested (see HullPair::isTestable()), or the core of a capsule or a triangle has columns that do not scale like
-    /// a length (see poseCapsule()).
+    /// are tested (see HullPair::isTestable()), or the core of a triangle has a column that does not scale like a
+    /// length (see poseTriangle()).
     void checkScaled(long double reach, long double gap)
     {
         const double factor = std::ldexp(1.0, m_scene.power);
@@ -166,8 +166,7 @@ private:
         const double threshold = m_threshold * factor;
         const Contacts closest = PairAlgorithms(m_bench, scaled).closest(scaled, threshold);
         ContactCheck(PolytopePair(scaled), m_fault).check(closest, {"scaled", reach * factor, 1});
-        const auto hasOtherColumns = [](const ConvexSpec& spec)
-        { return spec.kind == SpecKind::Capsule || spec.kind == SpecKind::Triangle; };
+        const auto hasOtherColumns = [](const ConvexSpec& spec) { return spec.kind == SpecKind::Triangle; };
         const bool isExact = gap > 0 && !m_closest.empty() && std::abs(m_scene.power) <= 8;
         if (!isExact || hasOtherColumns(m_scene.specs[0]) || hasOtherColumns(m_scene.specs[1]))
             return;

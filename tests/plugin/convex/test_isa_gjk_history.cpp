@@ -319,6 +319,35 @@ TEST(IsaGjkDistances, DependOnNoEarlierPoseOverFaceThatRoundingBends)
     EXPECT_EQ(bench.registration->stats().touchingTotal, 1500u * 7);
 }
 
+/// A tilt of some roundings decides which features are the closest, for a capsule of any size.
+TEST(IsaGjkDistances, ScaleWithNearlyLevelCapsules)
+{
+    constexpr unsigned kSeed = 14;
+    SCOPED_TRACE(kSeed);
+    Random random(kSeed);
+    ConvexBench bench;
+    btBoxShape box(vec(1, 1, 1)), large(vec(8, 8, 8));
+    large.setMargin(8 * box.getMargin());
+    btCapsuleShapeX capsule(btScalar(0.25), 1), longer(2, 8);
+    for (int i = 0; i < 500; ++i)
+    {
+        const double tilt = std::ldexp(1 + std::abs(uniform(random)), -27 - i % 10);
+        const double z = 0.25 * uniform(random), x = 0.25 * uniform(random);
+        btTransform at(btMatrix3x3(1, btScalar(-tilt), 0, btScalar(tilt), 1, 0, 0, 0, 1), vec(x, -1.5, z));
+        ConvexPairProbe pair(bench.dispatcher, capsule, box, BT_CLOSEST_POINT_ALGORITHMS);
+        ConvexPairProbe scaled(bench.dispatcher, longer, large, BT_CLOSEST_POINT_ALGORITHMS);
+        pair.bodyB.setWorldTransform(at);
+        at.setOrigin(at.getOrigin() * 8);
+        scaled.bodyB.setWorldTransform(at);
+        const std::vector<Reported> expected = pair.query(1), found = scaled.query(8);
+        ASSERT_EQ(expected.size(), 1u);
+        ASSERT_EQ(found.size(), 1u);
+        EXPECT_EQ(found[0].normal, expected[0].normal) << tilt;
+        EXPECT_EQ(found[0].onB, expected[0].onB * 8) << tilt;
+        EXPECT_EQ(found[0].distance, expected[0].distance * 8) << tilt;
+    }
+}
+
 /// Points whose hull has clear faces, faces that are level up to rounding, or no faces.
 std::vector<btVector3> anyPoints(Random& random, int kind)
 {
