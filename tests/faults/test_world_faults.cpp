@@ -223,7 +223,7 @@ private:
 };
 
 SweepCounts sweepWorld(const char* name, FaultKind kind, const WorldLayout& layout, std::uint64_t every,
-                       std::int64_t (*memory)() = liveMemory)
+                       std::int64_t (*memory)() = liveBesideDispatchers<>)
 {
     FaultyWorld::touchingIn = {};
     return sweepFaults(
@@ -255,10 +255,10 @@ TEST(WorldFaults, KeepPairsAndContactsWhenCallbackThrows)
 TEST(WorldFaults, KeepPairsAndContactsWhenBulletsAllocationFails)
 {
     // Bullet's own algorithms leave memory behind where their constructors throw.
-    EXPECT_GE(
-        sweepWorld("world of all shapes", FaultKind::BulletAllocation, kSmall, kEveryOfMost, liveNewCount)
-            .injected,
-        40u);
+    EXPECT_GE(sweepWorld("world of all shapes", FaultKind::BulletAllocation, kSmall, kEveryOfMost,
+                         liveBesideDispatchers<liveNewCount>)
+                  .injected,
+              40u);
 }
 }  // namespace
 }  // namespace cullet::test
