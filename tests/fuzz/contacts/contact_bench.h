@@ -94,8 +94,7 @@ class PairAlgorithms
 {
 public:
     PairAlgorithms(ConvexBench& bench, const PosedPair& pair)
-        : m_bench(bench),
-          m_closest(bench.dispatcher, *pair.a, *pair.b, BT_CLOSEST_POINT_ALGORITHMS),
+        : m_closest(bench.dispatcher, *pair.a, *pair.b, BT_CLOSEST_POINT_ALGORITHMS),
           m_contacts(bench.dispatcher, *pair.a, *pair.b, BT_CONTACT_POINT_ALGORITHMS)
     {
     }
@@ -132,7 +131,6 @@ public:
     }
 
 private:
-    ConvexBench& m_bench;
     ConvexPairProbe m_closest, m_contacts;
 };
 
