@@ -63,39 +63,7 @@ void* takeAligned(std::size_t size, std::size_t alignment) noexcept
 }();
 }  // namespace
 
-// Not inlined, since the compiler would report a mismatch of free() and operator new.
-[[gnu::noinline]] void* operator new(std::size_t size)
-{
-    if (void* memory = take(size))
-        return memory;
-    throw std::bad_alloc();
-}
-[[gnu::noinline]] void* operator new(std::size_t size, const std::nothrow_t&) noexcept
-{
-    return take(size);
-}
-[[gnu::noinline]] void* operator new(std::size_t size, std::align_val_t alignment)
-{
-    if (void* memory = takeAligned(size, static_cast<std::size_t>(alignment)))
-        return memory;
-    throw std::bad_alloc();
-}
-[[gnu::noinline]] void operator delete(void* memory) noexcept
-{
-    give(memory);
-}
-[[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept
-{
-    give(memory);
-}
-[[gnu::noinline]] void operator delete(void* memory, std::align_val_t) noexcept
-{
-    give(memory);
-}
-[[gnu::noinline]] void operator delete(void* memory, std::size_t, std::align_val_t) noexcept
-{
-    give(memory);
-}
+#include "cullet/tests/support/process/replaced_new.inl"
 
 std::int64_t cullet::test::liveBytes() noexcept
 {

@@ -103,7 +103,7 @@ void giveBlock(void* block, std::size_t bytes) noexcept
     std::free(block);
 }
 
-void* take(std::size_t size, std::size_t alignment) noexcept
+void* takeAligned(std::size_t size, std::size_t alignment) noexcept
 {
     // The header is in front, and the block a multiple of what the C library aligns it to.
     alignment = std::max(alignment, kGrain);
@@ -115,6 +115,11 @@ void* take(std::size_t size, std::size_t alignment) noexcept
     char* const memory = block + alignment - misfit;
     reinterpret_cast<Header*>(memory)[-1] = {block, bytes};
     return memory;
+}
+
+void* take(std::size_t size) noexcept
+{
+    return takeAligned(size, kGrain);
 }
 
 void give(void* memory) noexcept
@@ -129,53 +134,14 @@ void give(void* memory) noexcept
 [[maybe_unused]] const bool isBulletsAllocatorReplaced = []
 {
     btAlignedAllocSetCustomAligned([](std::size_t size, int alignment)
-                                   { return take(size, static_cast<std::size_t>(alignment)); },
+                                   { return takeAligned(size, static_cast<std::size_t>(alignment)); },
                                    give);
     return true;
 }();
 
-void* takeOrThrow(std::size_t size, std::size_t alignment)
-{
-    if (void* memory = take(size, alignment))
-        return memory;
-    throw std::bad_alloc();
-}
 }  // namespace
 
-// Not inlined, since the compiler would report a mismatch of free() and operator new.
-[[gnu::noinline]] void* operator new(std::size_t size)
-{
-    return takeOrThrow(size, kGrain);
-}
-[[gnu::noinline]] void* operator new(std::size_t size, const std::nothrow_t&) noexcept
-{
-    return take(size, kGrain);
-}
-[[gnu::noinline]] void* operator new(std::size_t size, std::align_val_t alignment)
-{
-    return takeOrThrow(size, static_cast<std::size_t>(alignment));
-}
-[[gnu::noinline]] void* operator new(std::size_t size, std::align_val_t alignment,
-                                     const std::nothrow_t&) noexcept
-{
-    return take(size, static_cast<std::size_t>(alignment));
-}
-[[gnu::noinline]] void operator delete(void* memory) noexcept
-{
-    give(memory);
-}
-[[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept
-{
-    give(memory);
-}
-[[gnu::noinline]] void operator delete(void* memory, std::align_val_t) noexcept
-{
-    give(memory);
-}
-[[gnu::noinline]] void operator delete(void* memory, std::size_t, std::align_val_t) noexcept
-{
-    give(memory);
-}
+#include "cullet/tests/support/process/replaced_new.inl"
 
 namespace cullet::test
 {
