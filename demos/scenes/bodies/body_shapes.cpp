@@ -97,6 +97,26 @@ HullPoints makeIcosphere(float radius)
     return sphere;
 }
 
+HullPoints makeRings(const std::string& name, const std::vector<Ring>& rings, int axis)
+{
+    constexpr int kPerRing = 11;
+    constexpr float kTurn = 6.28318531f / kPerRing;
+    HullPoints hull;
+    hull.name = name;
+    for (const Ring& ring : rings)
+    {
+        for (int i = 0; i < kPerRing; ++i)
+        {
+            const float angle = kTurn * static_cast<float>(i);
+            const float across = ring.radius * std::cos(angle), up = ring.radius * std::sin(angle);
+            hull.points.push_back(axis == 0 ? Point{ring.height, across, up}
+                                            : Point{across, ring.height, up});
+        }
+    }
+    hull.meshVertices = hull.points.size();
+    return hull;
+}
+
 std::vector<HullPoints> makeRandomHulls(std::size_t count, std::size_t points, std::uint64_t seed)
 {
     SplitMix64 random(seed);

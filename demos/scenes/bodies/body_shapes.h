@@ -46,6 +46,15 @@ btVector3 randomVector(SplitMix64& random, btScalar length);
 /// A sphere of 80 triangles: an icosahedron whose faces are split in four, 42 vertices at `radius`.
 HullPoints makeIcosphere(float radius);
 
+struct Ring
+{
+    float height;  ///< of its plane, along the axis
+    float radius;
+};
+
+/// Rings of eleven points each around axis 0 (x) or 1 (y).
+HullPoints makeRings(const std::string& name, const std::vector<Ring>& rings, int axis);
+
 /// `count` random hulls with `points` vertices each, on spheres of diameter 1; the same for the same seed.
 std::vector<HullPoints> makeRandomHulls(std::size_t count, std::size_t points, std::uint64_t seed);
 }  // namespace CULLET_PRECISION

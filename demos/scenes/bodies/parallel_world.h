@@ -12,15 +12,24 @@ namespace cullet
 {
 inline namespace CULLET_PRECISION
 {
+template <class Solver>
+std::unique_ptr<btConstraintSolver> makeSolver()
+{
+    return std::make_unique<Solver>();
+}
+
 /// Makes a world of class Base whose boxes are updated by a number of threads.
-template <class Base>
+///
+/// @tparam Solver the class of the solver, if Base requires one
+template <class Base, class Solver = btConstraintSolver>
 std::unique_ptr<btDiscreteDynamicsWorld> makeParallelWorld(btDispatcher& dispatcher,
                                                            btBroadphaseInterface& broadphase,
                                                            btConstraintSolver& solver,
                                                            btCollisionConfiguration& configuration,
                                                            int threads)
 {
-    auto world = std::make_unique<World<Base>>(&dispatcher, &broadphase, &solver, &configuration);
+    auto world = std::make_unique<World<Base>>(&dispatcher, &broadphase, static_cast<Solver*>(&solver),
+                                               &configuration);
     world->setUpdateThreads(threads);
     return world;
 }

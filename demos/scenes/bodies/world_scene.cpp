@@ -62,6 +62,7 @@ const std::vector<std::string>& narrowPhaseNames()
 const WorldKind& rigidWorld()
 {
     static const WorldKind kind = {[] { return std::make_unique<btDefaultCollisionConfiguration>(); },
+                                   makeSolver<btSequentialImpulseConstraintSolver>,
                                    [](btDispatcher& dispatcher, btBroadphaseInterface& broadphase,
                                       btConstraintSolver& solver, btCollisionConfiguration& configuration) {
                                        return std::make_unique<btDiscreteDynamicsWorld>(
@@ -94,10 +95,11 @@ WorldScene::WorldScene(std::string name, NamedBroadphase broadphase, const World
       m_options(options),
       m_broadphase(std::move(broadphase)),
       m_configuration(kind.makeConfiguration()),
-      m_dispatcher(makeDispatcher(options, *m_configuration))
+      m_dispatcher(makeDispatcher(options, *m_configuration)),
+      m_solver(kind.makeSolver())
 {
     const MarginScope margin(m_broadphase.margin);
-    m_world = makeWorld(kind, options, *m_dispatcher, *m_broadphase.broadphase, m_solver, *m_configuration);
+    m_world = makeWorld(kind, options, *m_dispatcher, *m_broadphase.broadphase, *m_solver, *m_configuration);
 }
 
 WorldScene::~WorldScene()

@@ -46,6 +46,7 @@ const std::vector<std::string>& boxUpdateNames();
 struct WorldKind
 {
     std::unique_ptr<btDefaultCollisionConfiguration> (*makeConfiguration)();
+    std::unique_ptr<btConstraintSolver> (*makeSolver)();  ///< of the class that the world requires
     std::unique_ptr<btDiscreteDynamicsWorld> (*makeWorld)(btDispatcher&, btBroadphaseInterface&,
                                                           btConstraintSolver&, btCollisionConfiguration&);
     /// Makes a world whose boxes are updated by a number of threads.
@@ -155,7 +156,7 @@ private:
     TraceLane m_trace;
     std::unique_ptr<btDefaultCollisionConfiguration> m_configuration;
     std::unique_ptr<btCollisionDispatcher> m_dispatcher;
-    btSequentialImpulseConstraintSolver m_solver;
+    std::unique_ptr<btConstraintSolver> m_solver;
     std::vector<std::shared_ptr<void>> m_kept;
     std::unique_ptr<btDiscreteDynamicsWorld> m_world;
 };

@@ -11,7 +11,6 @@
 #include <BulletDynamics/Featherstone/btMultiBodyJointMotor.h>
 #include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
 
-#include <algorithm>
 #include <cmath>
 
 namespace cullet
@@ -20,65 +19,25 @@ inline namespace CULLET_PRECISION
 {
 namespace
 {
-/// A world with a solver that knows multibodies.
-template <class World>
-class WithSolver : public World
-{
-public:
-    WithSolver(btDispatcher* dispatcher, btBroadphaseInterface* broadphase,
-               btCollisionConfiguration* configuration)
-        : WithSolver(dispatcher, broadphase, std::make_unique<btMultiBodyConstraintSolver>(), configuration)
-    {
-    }
-
-private:
-    WithSolver(btDispatcher* dispatcher, btBroadphaseInterface* broadphase,
-               std::unique_ptr<btMultiBodyConstraintSolver> solver, btCollisionConfiguration* configuration)
-        : World(dispatcher, broadphase, solver.get(), configuration), m_own(std::move(solver))
-    {
-    }
-
-    std::unique_ptr<btMultiBodyConstraintSolver> m_own;
-};
-
 const WorldKind& multiBodyWorld()
 {
+    using Solver = btMultiBodyConstraintSolver;
     static const WorldKind kind = {
-        [] { return std::make_unique<btDefaultCollisionConfiguration>(); },
-        [](btDispatcher& dispatcher, btBroadphaseInterface& broadphase, btConstraintSolver&,
-           btCollisionConfiguration& configuration) -> std::unique_ptr<btDiscreteDynamicsWorld> {
-            return std::make_unique<WithSolver<btMultiBodyDynamicsWorld>>(&dispatcher, &broadphase,
-                                                                          &configuration);
-        },
-        [](btDispatcher& dispatcher, btBroadphaseInterface& broadphase, btConstraintSolver&,
-           btCollisionConfiguration& configuration, int threads) -> std::unique_ptr<btDiscreteDynamicsWorld>
+        [] { return std::make_unique<btDefaultCollisionConfiguration>(); }, makeSolver<Solver>,
+        [](btDispatcher& dispatcher, btBroadphaseInterface& broadphase, btConstraintSolver& solver,
+           btCollisionConfiguration& configuration) -> std::unique_ptr<btDiscreteDynamicsWorld>
         {
-            auto world = std::make_unique<WithSolver<World<btMultiBodyDynamicsWorld>>>(
-                &dispatcher, &broadphase, &configuration);
-            world->setUpdateThreads(threads);
-            return world;
-        }};
+            return std::make_unique<btMultiBodyDynamicsWorld>(&dispatcher, &broadphase,
+                                                              static_cast<Solver*>(&solver), &configuration);
+        },
+        makeParallelWorld<btMultiBodyDynamicsWorld, Solver>};
     return kind;
 }
 
-/// Four rings of eleven points around the x axis; the outer ones are smaller.
+/// Around the x axis; the outer rings are smaller.
 HullPoints makeWheel()
 {
-    constexpr int kPerRing = 11;
-    constexpr float kTurn = 6.28318531f / kPerRing;
-    HullPoints wheel;
-    wheel.name = "wheel";
-    for (const float x : {-0.12f, -0.05f, 0.05f, 0.12f})
-    {
-        const float radius = std::abs(x) > 0.1f ? 0.26f : 0.3f;
-        for (int i = 0; i < kPerRing; ++i)
-        {
-            const float angle = kTurn * static_cast<float>(i);
-            wheel.points.push_back({x, radius * std::cos(angle), radius * std::sin(angle)});
-        }
-    }
-    wheel.meshVertices = wheel.points.size();
-    return wheel;
+    return makeRings("wheel", {{-0.12f, 0.26f}, {-0.05f, 0.3f}, {0.05f, 0.3f}, {0.12f, 0.26f}}, 0);
 }
 
 class RobotsWorld : public WorldScene

@@ -15,21 +15,7 @@ namespace
 {
 HullPoints makeBarrel()
 {
-    constexpr int kPerRing = 11;
-    constexpr float kTurn = 6.28318531f / kPerRing;
-    HullPoints barrel;
-    barrel.name = "barrel";
-    for (const float height : {-0.6f, -0.2f, 0.2f, 0.6f})
-    {
-        const float radius = std::abs(height) > 0.5f ? 0.4f : 0.5f;
-        for (int i = 0; i < kPerRing; ++i)
-        {
-            const float angle = kTurn * static_cast<float>(i);
-            barrel.points.push_back({radius * std::cos(angle), height, radius * std::sin(angle)});
-        }
-    }
-    barrel.meshVertices = barrel.points.size();
-    return barrel;
+    return makeRings("barrel", {{-0.6f, 0.4f}, {-0.2f, 0.5f}, {0.2f, 0.5f}, {0.6f, 0.4f}}, 1);
 }
 
 class BarrelsWorld : public WorldScene

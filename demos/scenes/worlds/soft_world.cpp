@@ -21,6 +21,7 @@ const WorldKind& softWorld()
     static const WorldKind kind = {
         []() -> std::unique_ptr<btDefaultCollisionConfiguration>
         { return std::make_unique<btSoftBodyRigidBodyCollisionConfiguration>(); },
+        makeSolver<btSequentialImpulseConstraintSolver>,
         [](btDispatcher& dispatcher, btBroadphaseInterface& broadphase, btConstraintSolver& solver,
            btCollisionConfiguration& configuration) -> std::unique_ptr<btDiscreteDynamicsWorld> {
             return std::make_unique<btSoftRigidDynamicsWorld>(&dispatcher, &broadphase, &solver,
