@@ -127,9 +127,10 @@ public:
     /// its place is visited next.
     ///
     /// The callback may add and remove pairs, which invalidates its reference. Pairs added during the pass are visited
-    /// too, at its end, so a callback that adds a pair in every call does not come to an end. No pair is visited twice, and none is skipped unless the callback itself removes pairs that
-    /// were already visited: each of those may move the last pair to an entry behind the pass. If the callback removes
-    /// the pair it was called for, its return value has no effect.
+    /// too, at its end, so a pass whose callback adds a pair in every call does not end. No pair is visited twice, and
+    /// none is skipped unless the callback itself removes pairs that were already visited: each of those may move the
+    /// last pair to an entry behind the pass. If the callback removes the pair it was called for, its return value has
+    /// no effect.
     void processAllOverlappingPairs(btOverlapCallback* callback, btDispatcher* dispatcher) override;
 
     /// Visits the pairs in array order, or with `m_deterministicOverlappingPairs` in descending order of (lower id,
