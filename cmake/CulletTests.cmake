@@ -69,7 +69,8 @@ endfunction()
 #
 # A test program without Bullet. Labels in use: gpu (needs a CUDA device), slow (left out under sanitizers), golden
 # (compares with stored results), threads (worth a ThreadSanitizer run). SHARDS: ctest knows so many parts of the program in
-# place of thousands of tests, of which to start a process takes longer than to run one.
+# place of thousands of tests, of which to start a process takes longer than to run one. A prime, so that each part has tests
+# of every backend: they are dealt out in turn.
 function(cullet_add_broad_test name)
     cmake_parse_arguments(PARSE_ARGV 1 arg "OPTIMISED" "TIMEOUT;SHARDS" "LINK;LABELS")
     if(NOT arg_TIMEOUT)
@@ -84,7 +85,7 @@ function(cullet_add_broad_test name)
     if("threads" IN_LIST arg_LABELS)
         add_dependencies(cullet_thread_tests ${name})
     endif()
-    if(arg_SHARDS AND NOT CULLET_SANITIZE)
+    if(arg_SHARDS)
         cullet_add_shards(${name} ${arg_SHARDS} "${arg_LABELS}" ${arg_TIMEOUT})
     else()
         cullet_discover_tests(${name} "" "${arg_LABELS}" ${arg_TIMEOUT})

@@ -3,6 +3,7 @@
 #include "cullet/demos/scenes/hulls/hull_pairs.h"
 #include "cullet/narrow/gjk/gjk.h"
 #include "cullet/narrow/gjk/isa_gjk.h"
+#include "cullet/tests/narrow/search_observer.h"
 #include "cullet/tests/narrow/shapes.h"
 
 #include <gtest/gtest.h>
@@ -374,7 +375,7 @@ TEST(Gjk, ShowsObserverBoundsThatConverge)
     const Hull<float> ico = hullOf<float>(icoPoints(2));
     std::vector<double> upper;
     std::vector<double> lower;
-    auto observer = [&](const Eigen::Vector3d& v, double along)
+    SearchObserver observer = [&](const Eigen::Vector3d& v, double along)
     {
         upper.push_back(v.norm());
         lower.push_back(along / v.norm());

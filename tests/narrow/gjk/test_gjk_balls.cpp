@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #include "cullet/narrow/gjk/gjk.h"
 #include "cullet/narrow/gjk/isa_gjk.h"
+#include "cullet/tests/narrow/search_observer.h"
 #include "cullet/tests/narrow/shapes.h"
 
 #include <Eigen/Geometry>
@@ -46,7 +47,7 @@ struct BallTally
                float limit)
     {
         int supports = 0;
-        auto observer = [&supports](const Eigen::Vector3d&, double) { ++supports; };
+        SearchObserver observer = [&supports](const Eigen::Vector3d&, double) { ++supports; };
         GjkCache<float> cache;
         const PosedHull<float> a = placeA.of(shapeA), b = placeB.of(shapeB);
         const GjkState state = isaGjk(a, b, limit, cache, observer).state;

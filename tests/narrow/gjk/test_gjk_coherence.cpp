@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #include "cullet/demos/scenes/hulls/hull_pairs.h"
 #include "cullet/narrow/gjk/isa_gjk.h"
+#include "cullet/tests/narrow/search_observer.h"
 #include "cullet/tests/narrow/shapes.h"
 
 #include <gtest/gtest.h>
@@ -47,7 +48,7 @@ void forQueriesOf(const Swing& swing, unsigned seed, const See& see)
             setGapOutwards(scene, swing.middle + 0.03 * std::sin(0.1 * pair + 0.15 * frame));
             const GjkCache<float> before = cache;
             int axes = 0;
-            auto observer = [&axes](const Eigen::Vector3d&, double) { ++axes; };
+            SearchObserver observer = [&axes](const Eigen::Vector3d&, double) { ++axes; };
             const GjkResult<float> result =
                 isaGjk(scene.posedA(), scene.posedB(), swing.maxDistance, cache, observer);
             see(scene, before, result, cache, axes);

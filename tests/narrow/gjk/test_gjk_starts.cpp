@@ -5,6 +5,7 @@
 #include "cullet/narrow/gjk/gjk.h"
 #include "cullet/narrow/gjk/isa_gjk.h"
 #include "cullet/tests/narrow/any_pair.h"
+#include "cullet/tests/narrow/search_observer.h"
 #include "cullet/tests/narrow/shapes.h"
 
 #include <gtest/gtest.h>
@@ -38,7 +39,7 @@ TEST(Gjk, FindsAxesByReflectionWithoutChangingAnswers)
     const std::vector<Hull<float>> hulls = queryHulls();
     std::mt19937 engine(31);
     int axisCount = 0;
-    auto observer = [&axisCount](const Eigen::Vector3d&, double) { ++axisCount; };
+    SearchObserver observer = [&axisCount](const Eigen::Vector3d&, double) { ++axisCount; };
     int separatedCount = 0, overlapCount = 0, savedCount = 0;
     for (int i = 0; i < 3000; ++i)
     {
@@ -185,7 +186,7 @@ int axesOfBalls(float gap, float maxDistance, const IsaGjkVariant& variant, GjkS
     const PosedHull<float> a(ball, Eigen::Matrix3f::Identity(), apart);
     const PosedHull<float> b(ball, Eigen::Matrix3f::Identity(), Eigen::Vector3f::Zero());
     int count = 0;
-    auto observer = [&count](const Eigen::Vector3d&, double) { ++count; };
+    SearchObserver observer = [&count](const Eigen::Vector3d&, double) { ++count; };
     GjkCache<float> cache;
     EXPECT_EQ(isaGjk(a, b, maxDistance, cache, observer, variant).state, expected);
     return count;
@@ -245,7 +246,7 @@ TEST(Gjk, TestsRememberedAxisFromItsSupportVerticesWhenShapesAreNoHulls)
         // Another axis than the simplex has.
         Eigen::Vector3d seen = Eigen::Vector3d::Zero();
         int axes = 0;
-        auto observer = [&](const Eigen::Vector3d& v, double)
+        SearchObserver observer = [&](const Eigen::Vector3d& v, double)
         {
             seen = v;
             ++axes;
@@ -289,25 +290,20 @@ TEST(Gjk, AnswersMostPairsWithoutHistoryFromFirstCorner)
         EXPECT_GT(settledAtOnce(gap, GjkState::Overlapping, engine), 220) << gap;
 }
 
-struct Axes
-{
-    void operator()(const Eigen::Vector3d&, double) { ++tried; }
-    int tried = 0;
-};
-
 /// Checks a query for a gap with the cache of the previous frame.
 ///
 /// @return number of axes tested to prove the gap, 0 if a simplex was needed or there is no such gap
 int axesForGap(const PairScene<float>& scene, float limit, GjkCache<float>& cache)
 {
-    Axes axes;
-    const GjkResult<float> result = isaGjk(scene.posedA(), scene.posedB(), limit, cache, axes);
+    int tried = 0;
+    SearchObserver observer = [&tried](const Eigen::Vector3d&, double) { ++tried; };
+    const GjkResult<float> result = isaGjk(scene.posedA(), scene.posedB(), limit, cache, observer);
     const DistanceOracle oracle(scene.posedA(), scene.posedB());
     if (result.state == GjkState::Separated)
     {
         EXPECT_GT(-oracle.extent(-result.axis.cast<long double>()),
                   static_cast<long double>(limit) * (1 - 1e-6L));
-        return result.iterations == 0 ? axes.tried : 0;
+        return result.iterations == 0 ? tried : 0;
     }
     const Bounds truth = oracle.solve();
     EXPECT_NE(result.state, GjkState::NotConverged);
@@ -435,19 +431,6 @@ TEST(Gjk, FindsOverlapWhenRememberedVerticesDoNotExist)
     }
 }
 
-/// Records by how much the bound of an axis exceeds the exact distance.
-struct BoundObserver
-{
-    const DistanceOracle& oracle;
-    double upper;
-    double* worst;
-    void operator()(const Eigen::Vector3d& v, double along) const
-    {
-        const LongVector axis = v.cast<long double>();
-        *worst = std::max(*worst, static_cast<double>(along / axis.norm()) - upper);
-    }
-};
-
 TEST(Gjk, DoesNotOverstateGapOfFirstAxisInDouble)
 {
     const Hull<double> prism = hullOf<double>(prismPoints(200, 0.5));
@@ -466,7 +449,9 @@ TEST(Gjk, DoesNotOverstateGapOfFirstAxisInDouble)
         const DistanceOracle oracle(a, b);
         const double truth = static_cast<double>(oracle.solve().upper);
         GjkCache<double> cache;
-        const BoundObserver observer = {oracle, truth, &worst};
+        // By how much the bound of an axis exceeds the exact distance.
+        SearchObserver observer = [&](const Eigen::Vector3d& v, double along)
+        { worst = std::max(worst, static_cast<double>(along / v.cast<long double>().norm()) - truth); };
         const GjkState state = isaGjk(a, b, 0.01, cache, observer).state;
         separated += state == GjkState::Separated ? 1 : 0;
         near += state == GjkState::Near ? 1 : 0;
