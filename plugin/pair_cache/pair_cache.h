@@ -178,7 +178,7 @@ public:
     /// removeOverlappingPairsContainingProxy() that changesByCallers() does not count.
     void removePairsOf(btBroadphaseProxy* proxy, btDispatcher* dispatcher);
 
-    /// addOverlappingPair() without the filter.
+    /// addOverlappingPair() without the filter; null too while the filter of this same pair runs, which then decides.
     btBroadphasePair* addPairUnfiltered(btBroadphaseProxy* proxy0, btBroadphaseProxy* proxy1);
 
     /// addPairUnfiltered() for each pair, in order, after one reserve(); returns the number of new pairs.

@@ -142,7 +142,8 @@ void PairCacheTwin::addMany(const std::vector<std::pair<std::size_t, std::size_t
     for (const ProxyPair& pair : pairs)
     {
         const Ids ids = idsOfProxies(pair.first, pair.second);
-        if (!m_hasGhosts && ids.first != ids.second && m_pairs.count(ids) == 0)
+        // Its filter, which runs, has the last word.
+        if (!m_hasGhosts && ids.first != ids.second && m_pairs.count(ids) == 0 && !isBeingAdded(ids))
             insert(ids);
         btBroadphasePair* known = m_cache.findPair(pair.first, pair.second);
         if (known != nullptr && m_pairs.count(ids) != 0)
