@@ -9,6 +9,7 @@
 #include <Eigen/Core>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -71,70 +72,143 @@ public:
     static std::size_t paddedCount(std::size_t count) { return (count + 7) / 8 * 8; }
 
 private:
-    using Quad = typename cullet::Quad<S>::Vector;
+    using L = Lanes<S>;
+    using Part = typename L::Vector;  ///< half of a point, or all of it
+    using Mask = typename L::Mask;
+    using Wide = Lanes<double>::Vector;
+    static constexpr std::size_t kWidth = L::kWidth, kParts = 4 / kWidth;
+    static constexpr S kMost = std::numeric_limits<S>::max();
+    static constexpr S kLargest = CoordinateRange::kLargest < kMost ? S(CoordinateRange::kLargest) : kMost;
 
-    using Mask = typename cullet::Quad<S>::Mask;
-    using Wide = typename cullet::Quad<double>::Vector;
+    struct Totals
+    {
+        Wide sumXy = {}, sumZ = {}, radius2 = {};
+        Part largest = {};  ///< magnitude of a coordinate; a NaN shows in the sum alone
+    };
 
+    /// In one pass: the points as they are, their coordinates in rows, and what finish() needs.
+    ///
     /// @return false if a point is not finite
     static bool copy(Hull<S>& cloud, const S* points, std::int32_t count)
     {
-        resize(cloud, static_cast<std::size_t>(count));
-        Wide sum = {};
-        double radius2 = 0.0;
-        Mask areUsable = Mask{} == Mask{};
-        for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i)
+        const auto size = static_cast<std::size_t>(count), padded = paddedCount(size);
+        resize(cloud, size, padded);
+        S* const lanes = cloud.m_lanes.front().of.data();
+        const std::array<S*, 3> rows = {cloud.m_x.data(), cloud.m_y.data(), cloud.m_z.data()};
+        Totals totals;
+        std::size_t done = 0;
+        for (; done + kWidth <= size; done += kWidth)
         {
-            Quad point;
-            std::memcpy(&point, points + 4 * i, sizeof(point));
-            makeUsable(point, areUsable);
-            std::memcpy(cloud.m_lanes[i].of.data(), &point, sizeof(point));
-            cloud.m_x[i] = point[0];
-            cloud.m_y[i] = point[1];
-            cloud.m_z[i] = point[2];
-            const Wide wide = __builtin_convertvector(point, Wide);
-            sum += wide;
-            const Wide squares = wide * wide;
-            radius2 = std::max(radius2, squares[0] + squares[1] + squares[2]);
+            for (std::size_t i = 0; i < kWidth; ++i)
+                copyPoint(points + 4 * (done + i), lanes + 4 * (done + i), totals);
+            fillRows(lanes, rows, done, totals);
         }
-        if (quadBits<S>(areUsable) != 0xfu)
+        for (std::size_t i = done; i < size; ++i)
+            copyPoint(points + 4 * i, lanes + 4 * i, totals);
+        std::fill(cloud.m_lanes.begin() + count, cloud.m_lanes.end(), cloud.m_lanes.front());
+        for (; done < padded; done += kWidth)
+            fillRows(lanes, rows, done, totals);
+        const Eigen::Vector3d sum(totals.sumXy[0], totals.sumXy[1], totals.sumZ[0]);
+        if (largestLane(totals.largest) > kLargest || sum.hasNaN())
             return false;
-        finish(cloud, {sum[0], sum[1], sum[2]}, std::sqrt(radius2));
-        cloud.m_pointBlocks =
-            count > Hull<S>::kMostInOneScan ? PointBlocks<S>(cloud.lanes(0), count) : PointBlocks<S>();
+        finish(cloud, sum, std::sqrt(largestLane(totals.radius2)));
+        if (count > Hull<S>::kMostInOneScan)
+            cloud.m_pointBlocks = PointBlocks<S>(cloud.lanes(0), count);
+        else if (!cloud.m_pointBlocks.isEmpty())
+            cloud.m_pointBlocks = PointBlocks<S>();
         return true;
     }
 
-    static void resize(Hull<S>& cloud, std::size_t count)
+    static void resize(Hull<S>& cloud, std::size_t count, std::size_t padded)
     {
         cloud.m_kind = HullKind::Cloud;
         cloud.m_vertexCount = static_cast<std::int32_t>(count);
         for (std::vector<S>* axis : {&cloud.m_x, &cloud.m_y, &cloud.m_z})
-            axis->resize(paddedCount(count));
-        cloud.m_lanes.resize(count);
+            axis->resize(padded);
+        cloud.m_lanes.resize(padded);
         if (cloud.m_source.size() == count)
             return;
         cloud.m_source.resize(count);
         std::iota(cloud.m_source.begin(), cloud.m_source.end(), 0);
     }
 
-    /// Replaces the coordinates by those that are used: a negative zero by 0, too.
-    ///
-    /// @param areUsable cleared in the lanes of NaN, infinities and coordinates beyond the range
-    static void makeUsable(Quad& point, Mask& areUsable)
+    /// Copies a point as it is used, and adds it to the sum.
+    [[gnu::always_inline]] static void copyPoint(const S* point, S* place, Totals& totals)
     {
-        constexpr S kMost = std::numeric_limits<S>::max();
-        constexpr S kLargest = CoordinateRange::kLargest < kMost ? S(CoordinateRange::kLargest) : kMost;
-        cullet::Quad<S>::clearLast(point);
-        Quad size = point;
-        cullet::Quad<S>::makePositive(size);
-        // A NaN makes the comparison false.
-        areUsable &= size <= Quad{} + kLargest;
-        // Turns a negative zero into 0.
-        point += Quad{};
-        if constexpr (CoordinateRange::kSmallest > std::numeric_limits<S>::min())
-            point = size < Quad{} + S(CoordinateRange::kSmallest) ? Quad{} : point;
+        const Part first = usable(L::load(point), kIsCoordinate.front(), totals.largest);
+        store(first, place);
+        if constexpr (kParts == 1)
+        {
+            totals.sumXy += wideFirst(first);
+            totals.sumZ += wideLast(first);
+        }
+        else
+        {
+            const Part last = usable(L::load(point + kWidth), kIsCoordinate.back(), totals.largest);
+            store(last, place + kWidth);
+            totals.sumXy += first;
+            totals.sumZ += last;
+        }
     }
+
+    static void store(const Part& part, S* place) { std::memcpy(place, &part, sizeof(part)); }
+
+    /// Replaces a negative zero, a coordinate below the range and what is no coordinate by 0.
+    [[gnu::always_inline]] static Part usable(Part part, const Mask& isCoordinate, Part& largest)
+    {
+        part = reinterpret_cast<Part>(reinterpret_cast<Mask>(part) & isCoordinate);
+        const Part size = L::magnitude(part);
+        largest = size > largest ? size : largest;
+        if constexpr (CoordinateRange::kSmallest > std::numeric_limits<S>::min())
+            return size < L::fill(S(CoordinateRange::kSmallest)) ? Part{} : part;
+        else
+            return part + Part{};
+    }
+
+    /// Writes the coordinates of kWidth points that are copied.
+    [[gnu::always_inline]] static void fillRows(const S* lanes, const std::array<S*, 3>& rows,
+                                                std::size_t begin, Totals& totals)
+    {
+        const S* const from = lanes + 4 * begin;
+        const Part p0 = L::load(from), p1 = L::load(from + kWidth), p2 = L::load(from + 2 * kWidth),
+                   p3 = L::load(from + 3 * kWidth);
+        Part x, y, z;
+        if constexpr (kParts == 1)
+        {
+            const Part low = CULLET_SHUFFLE(p0, p1, 0, 4, 1, 5), high = CULLET_SHUFFLE(p2, p3, 0, 4, 1, 5);
+            const Part lowZ = CULLET_SHUFFLE(p0, p1, 2, 6, 3, 7), highZ = CULLET_SHUFFLE(p2, p3, 2, 6, 3, 7);
+            x = CULLET_SHUFFLE(low, high, 0, 1, 4, 5);
+            y = CULLET_SHUFFLE(low, high, 2, 3, 6, 7);
+            z = CULLET_SHUFFLE(lowZ, highZ, 0, 1, 4, 5);
+            keepFarthest(wideFirst(x), wideFirst(y), wideFirst(z), totals.radius2);
+            keepFarthest(wideLast(x), wideLast(y), wideLast(z), totals.radius2);
+        }
+        else
+        {
+            x = CULLET_SHUFFLE(p0, p2, 0, 2);
+            y = CULLET_SHUFFLE(p0, p2, 1, 3);
+            z = CULLET_SHUFFLE(p1, p3, 0, 2);
+            keepFarthest(x, y, z, totals.radius2);
+        }
+        store(x, rows[0] + begin);
+        store(y, rows[1] + begin);
+        store(z, rows[2] + begin);
+    }
+
+    [[gnu::always_inline]] static void keepFarthest(const Wide& x, const Wide& y, const Wide& z,
+                                                    Wide& radius2)
+    {
+        const Wide square = x * x + y * y + z * z;
+        radius2 = square > radius2 ? square : radius2;
+    }
+
+    static constexpr std::array<Mask, kParts> kIsCoordinate = []
+    {
+        if constexpr (kParts == 1)
+            return std::array<Mask, 1>{Mask{-1, -1, -1, 0}};
+        else
+            return std::array<Mask, 2>{Mask{-1, -1}, Mask{-1, 0}};
+    }();
 };
 
 /// Points as a hull for support searches only; see CloudBuilder. Cost: O(n).

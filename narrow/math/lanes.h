@@ -194,6 +194,22 @@ inline Lanes<double>::Vector widePair(double a, double b)
     return Lanes<double>::Vector{a, b};
 }
 
+/// The first two lanes, widened to double.
+inline Lanes<double>::Vector wideFirst(const Lanes<float>::Vector& v)
+{
+#ifdef __SSE2__
+    return reinterpret_cast<Lanes<double>::Vector>(_mm_cvtps_pd(reinterpret_cast<__m128>(v)));
+#else
+    return Lanes<double>::Vector{v[0], v[1]};
+#endif
+}
+
+/// The last two lanes, widened to double.
+inline Lanes<double>::Vector wideLast(const Lanes<float>::Vector& v)
+{
+    return wideFirst(CULLET_SHUFFLE(v, v, 2, 3, 2, 3));
+}
+
 /// One lane of each of two quads, widened to double, in the lanes of a vector.
 template <int kLane>
 Lanes<double>::Vector widePairOf(const Quad<float>::Vector& a, const Quad<float>::Vector& b)

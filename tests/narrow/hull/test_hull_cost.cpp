@@ -301,6 +301,56 @@ void expectRefills()
     }
 }
 
+template <class S>
+HullKind kindWith(S coordinate, int count, int place)
+{
+    std::vector<S> quads(4 * static_cast<std::size_t>(count), S(1));
+    quads[static_cast<std::size_t>(place)] = coordinate;
+    Hull<S> cloud;
+    CloudBuilder<S>::refill(cloud, quads.data(), count);
+    return cloud.kind();
+}
+
+template <class S>
+void expectRange(S largest, S beyond)
+{
+    for (int count = 1; count < 12; ++count)
+    {
+        for (int place = 0; place < 4 * count; ++place)
+        {
+            SCOPED_TRACE(place);
+            const HullKind refused = place % 4 == 3 ? HullKind::Cloud : HullKind::NotFinite;
+            EXPECT_EQ(kindWith<S>(largest, count, place), HullKind::Cloud);
+            EXPECT_EQ(kindWith<S>(-largest, count, place), HullKind::Cloud);
+            EXPECT_EQ(kindWith<S>(beyond, count, place), refused);
+            EXPECT_EQ(kindWith<S>(-beyond, count, place), refused);
+            EXPECT_EQ(kindWith<S>(std::numeric_limits<S>::quiet_NaN(), count, place), refused);
+        }
+    }
+}
+
+TEST(CloudHull, RefusesCoordinatesBeyondTheRangeAtEachPlace)
+{
+    expectRange<float>(std::numeric_limits<float>::max(), std::numeric_limits<float>::infinity());
+    expectRange<double>(1e60, 1.0000001e60);
+}
+
+TEST(CloudHull, ReadsCoordinatesBelowTheRangeAsZero)
+{
+    const std::vector<double> quads = {9e-61, -9e-61, 1e-60, 7, -1e-60, -0.0, 2.0, 7, 1.0, 1.0, -5e-324, 7};
+    const double expected[] = {0.0, 0.0, 1e-60, -1e-60, 0.0, 2.0, 1.0, 1.0, 0.0};
+    Hull<double> cloud;
+    CloudBuilder<double>::refill(cloud, quads.data(), 3);
+    ASSERT_EQ(cloud.vertexCount(), 3);
+    for (std::int32_t i = 0; i < 3; ++i)
+    {
+        const double xyz[] = {cloud.x()[i], cloud.y()[i], cloud.z()[i]};
+        EXPECT_EQ(std::memcmp(xyz, expected + 3 * i, sizeof(xyz)), 0) << i;
+        EXPECT_EQ(std::memcmp(cloud.lanes(i), xyz, sizeof(xyz)), 0) << i;
+        EXPECT_EQ(cloud.lanes(i)[3], 0.0);
+    }
+}
+
 TEST(CloudHull, HasTheBitsOfItsPointsWhenItsMemoryIsRefilled)
 {
     expectRefills<float>();
