@@ -463,15 +463,18 @@ private:
         {
             const Vector way = side.localPoint(other) - from;
             const double rise = local.dot(way);
-            return other == vertex || other == but || other == alsoExcept ||
-                   (rise < 0.0 && rise * rise > slope2 * way.squaredNorm());
+            return rise < 0.0 && rise * rise > slope2 * way.squaredNorm();
         };
         if (!isCloud(side) || !side.hull().pointBlocks().isEmpty())
-            return allOfNeighbours<S>(side.hull(), vertex, local, slope, 0.0, isBehind);
+            return allOfNeighbours<S>(
+                side.hull(), vertex, local, slope, 0.0,
+                [&](std::int32_t other)
+                { return other == vertex || other == but || other == alsoExcept || isBehind(other); });
         // Most points are farther behind than rounding and the slope.
         const double sure = (32.0 * double(std::numeric_limits<S>::epsilon()) + 4.0 * slope) *
                             side.hull().radius() * local.cwiseAbs().sum();
-        return isTrueNear<S>(side.hull(), local.template cast<S>(), vertex, static_cast<S>(sure), isBehind);
+        return isTrueNear<S>(side.hull(), local.template cast<S>(), vertex, static_cast<S>(sure),
+                             {vertex, but, alsoExcept}, isBehind);
     }
 
     const Side m_a, m_b;

@@ -7,9 +7,11 @@
 
 #include <Eigen/Core>
 
+#include <algorithm>
+#include <array>
 #include <cstdint>
 
-/// Scans of all vertices of a hull in the vectors that every processor has; support.h defines what all searches return.
+/// Scans of all vertices of a hull; support.h defines what all searches return.
 namespace cullet
 {
 template <class S>
@@ -70,24 +72,47 @@ struct LaneDirection
     typename Lanes<S>::Vector x, y, z;
 };
 
-/// Whether visit(vertex) is true for all vertices whose product with a direction is not below that of one vertex by more
-/// than `drop`; a NaN is not.
-/// Cost: O(n) without a branch, and the visits.
-template <class S, class Visit>
-bool isTrueNear(const Hull<S>& hull, const Eigen::Matrix<S, 3, 1>& direction, std::int32_t from, S drop,
-                const Visit& visit)
+/// Bit i: the product of a direction and vertex begin + i is not below a number; also where it is a NaN. Padding has the
+/// bit of vertex 0.
+///
+/// @param begin multiple of 64
+template <class S>
+std::uint64_t bitsOfHigh(const Hull<S>& hull, const Eigen::Matrix<S, 3, 1>& direction, S low,
+                         std::int32_t begin)
 {
     using L = Lanes<S>;
     const LaneDirection<S> d(direction);
-    const typename L::Vector low = L::fill(supportProduct(hull, from, direction) - drop);
-    for (std::int32_t i = 0; i < hull.paddedCount(); i += L::kWidth)
+    const S *const x = hull.x() + begin, *const y = hull.y() + begin, *const z = hull.z() + begin;
+    const std::int32_t count = std::min(hull.paddedCount() - begin, 64);
+    std::uint64_t below = 0;
+    for (std::int32_t i = 0; i < count; i += L::kWidth)
     {
-        const typename L::Vector products =
-            L::load(hull.x() + i) * d.x + L::load(hull.y() + i) * d.y + L::load(hull.z() + i) * d.z;
-        for (unsigned high = laneBits(products < low) ^ ((1u << L::kWidth) - 1); high != 0; high &= high - 1)
+        const auto products = L::load(x + i) * d.x + L::load(y + i) * d.y + L::load(z + i) * d.z;
+        below |= std::uint64_t(laneBits(products < L::fill(low))) << i;
+    }
+    return ~below;
+}
+
+/// Whether visit(vertex) is true for all vertices but some whose product with a direction is not below that of one vertex
+/// by more than `drop`; a NaN is not.
+///
+/// @param but vertices that are not visited; any other numbers
+/// Cost: O(n) without a branch, and the visits.
+template <class S, class Visit>
+bool isTrueNear(const Hull<S>& hull, const Eigen::Matrix<S, 3, 1>& direction, std::int32_t from, S drop,
+                const std::array<std::int32_t, 3>& but, const Visit& visit)
+{
+    const S low = supportProduct(hull, from, direction) - drop;
+    for (std::int32_t begin = 0; begin < hull.vertexCount(); begin += 64)
+    {
+        std::uint64_t high = bitsOfHigh(hull, direction, low, begin);
+        if (hull.vertexCount() - begin < 64)
+            high &= (std::uint64_t(1) << (hull.vertexCount() - begin)) - 1;
+        for (const std::int32_t vertex : but)
+            high &= ~(std::uint64_t((vertex ^ begin) >> 6 == 0) << (vertex & 63));
+        for (; high != 0; high &= high - 1)
         {
-            const std::int32_t vertex = i + __builtin_ctz(high);
-            if (vertex < hull.vertexCount() && !visit(vertex))
+            if (!visit(begin + __builtin_ctzll(high)))
                 return false;
         }
     }

@@ -34,6 +34,15 @@ struct ClearFace
     double area2;            ///< twice the area
 };
 
+/// The same cycle of three vertices from the lowest one on, without a branch that nothing predicts.
+inline std::array<std::int32_t, 3> lowestFirst(const std::array<std::int32_t, 3>& corners)
+{
+    const std::array<std::int32_t, 5> cycle = {corners[0], corners[1], corners[2], corners[0], corners[1]};
+    const std::size_t ofTwo = corners[1] < corners[0] ? 1 : 0;
+    const std::size_t low = corners[2] < corners[ofTwo] ? 2 : ofTwo;
+    return {cycle[low], cycle[low + 1], cycle[low + 2]};
+}
+
 /// Whether three points of a Cloud are a face of its hull with all other points clearly below it.
 ///
 /// HullBuilder merges triangles that are coplanar within t = 16 eps R. If the triangle were part of another face, the
@@ -48,7 +57,7 @@ template <class S>
 bool findClearFace(const Hull<S>& cloud, std::array<std::int32_t, 3> corners, ClearFace& face)
 {
     using Vector = Eigen::Vector3d;
-    std::rotate(corners.begin(), std::min_element(corners.begin(), corners.end()), corners.end());
+    corners = lowestFirst(corners);
     const auto point = [&](std::int32_t i) -> Vector { return cloud.vertex(i).template cast<double>(); };
     const Vector a = point(corners[0]);
     Vector b = point(corners[1]), c = point(corners[2]);
@@ -71,19 +80,20 @@ bool findClearFace(const Hull<S>& cloud, std::array<std::int32_t, 3> corners, Cl
     {
         const Vector p = point(i);
         const double below = height - face.normal.dot(p);
-        return below > level * (1.0 + (p - a).norm() / least) ||
-               std::find(corners.begin(), corners.end(), i) != corners.end();
+        return below > level * (1.0 + (p - a).norm() / least);
     };
     const typename Hull<S>::Vector n = face.normal.template cast<S>();
     const double reach = cloud.radius() / least;
     if (!cloud.pointBlocks().isEmpty())
     {
         const S low = static_cast<S>(height - level * (1.0 + 2.0 * reach));
-        return BlockScan<S>(cloud.pointBlocks(), n).allAbove(low, isClear);
+        const auto isCornerOrClear = [&](std::int32_t i)
+        { return std::find(corners.begin(), corners.end(), i) != corners.end() || isClear(i); };
+        return BlockScan<S>(cloud.pointBlocks(), n).allAbove(low, isCornerOrClear);
     }
     // Most points are farther below than the least for any point, and than the rounding of two products.
     const double sure = level * (2.0 + 2.0 * reach);
-    return isTrueNear<S>(cloud, n, corners[0], static_cast<S>(sure), isClear);
+    return isTrueNear<S>(cloud, n, corners[0], static_cast<S>(sure), corners, isClear);
 }
 
 /// The faces around a vertex of a Cloud, by a CornerProjection; where that shows no clear faces, by gift wrapping (Chand

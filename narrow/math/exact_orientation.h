@@ -174,6 +174,10 @@ inline Eigen::Vector3d accurateCross(const Eigen::Vector3d& a, const Eigen::Vect
     const Eigen::Vector3d ab = b - a;
     const Eigen::Vector3d ac = c - a;
     const Eigen::Vector3d cross = ab.cross(ac);
+    const double cross2 = cross.squaredNorm();
+    // Nearly all triangles are far from a needle, and their squares need no root.
+    if (cross2 > 0.004 * (ab.squaredNorm() * ac.squaredNorm()) && cross2 > 1e-280)
+        return cross;
     // Lengths instead of their squares: fourth powers of a difference may underflow where those of coordinates do not.
     return cross.norm() > 0.0625 * (ab.norm() * ac.norm()) ? cross : exactCross(a, b, c);
 }
