@@ -4,12 +4,14 @@
 
 #include "cullet/narrow/hull/hull.h"
 #include "cullet/narrow/hull/linear_scan.h"
+#include "cullet/narrow/hull/planar_hull.h"
 #include "cullet/narrow/math/debug_containers.h"
 #include "cullet/narrow/math/lanes.h"
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -18,18 +20,17 @@
 namespace cullet
 {
 /// The points of a Cloud as seen from one of them, in perspective on a plane: the edges of the hull at that point go to
-/// the corners of the convex hull in the plane, which are found by wrapping it (Jarvis 1973, "On the Identification of
-/// the Convex Hull of a Finite Set of Points in the Plane").
+/// the corners of the convex hull in the plane.
 ///
 /// Rounded: the edges are a guess, which the caller tests.
 ///
-/// Cost: a division per point, and one product per point and edge; no allocation.
+/// Cost: a division per point, and that of a PlanarHull; no allocation.
 template <class S>
 class CornerProjection
 {
 public:
     static constexpr std::int32_t kMostPoints = 256;
-    static constexpr std::size_t kMostEdges = 16;
+    static constexpr std::size_t kMostEdges = PlanarHull<S>::kMostCorners;
 
     /// @param axis unit, in the frame of the points
     CornerProjection(const Hull<S>& cloud, std::int32_t vertex, const Eigen::Vector3d& axis)
@@ -118,55 +119,13 @@ private:
 
     void wrap(const Hull<S>& cloud, std::int32_t vertex)
     {
-        const std::int32_t first = rightmost(cloud.vertexCount());
-        std::int32_t from = first, other = vertex == 0 ? 1 : 0;
-        if (other == first)
-            other = vertex == 1 ? 2 : other == 1 ? 2 : 1;
-        do
-        {
-            if (m_count == kMostEdges)
-                return discard();
-            m_ends[m_count++] = from;
-            const std::int32_t next = nextAfter(from, other, cloud.paddedCount());
-            if (next >= cloud.vertexCount() || next == vertex)
-                return discard();
-            other = first;
-            from = next;
-        } while (from != first);
-    }
-
-    void discard() { m_count = 0; }
-
-    std::int32_t rightmost(std::int32_t count) const
-    {
-        std::int32_t best = 0;
-        for (std::int32_t i = 1; i < count; ++i)
-            best = m_right[static_cast<std::size_t>(i)] > m_right[static_cast<std::size_t>(best)] ? i : best;
-        return best;
-    }
-
-    /// The corner after another one: no point is to the right of the way to it.
-    ///
-    /// @param other any point but the first one
-    std::int32_t nextAfter(std::int32_t from, std::int32_t other, std::int32_t paddedCount) const
-    {
-        const auto f = static_cast<std::size_t>(from), o = static_cast<std::size_t>(other);
-        const Vector right = L::fill(m_right[f]), up = L::fill(m_up[f]);
-        Vector bestRight = L::fill(m_right[o]) - right, bestUp = L::fill(m_up[o]) - up;
-        Mask best = Mask{} + other, index = L::counting();
-        for (std::int32_t i = 0; i < paddedCount; i += L::kWidth, index += L::kWidth)
-        {
-            const Vector wayRight = L::load(&m_right[static_cast<std::size_t>(i)]) - right;
-            const Vector wayUp = L::load(&m_up[static_cast<std::size_t>(i)]) - up;
-            const Mask isRight = bestRight * wayUp < bestUp * wayRight;
-            bestRight = isRight ? wayRight : bestRight;
-            bestUp = isRight ? wayUp : bestUp;
-            best = isRight ? index : best;
-        }
-        int lane = 0;
-        for (int k = 1; k < L::kWidth; ++k)
-            lane = bestRight[lane] * bestUp[k] < bestUp[lane] * bestRight[k] ? k : lane;
-        return static_cast<std::int32_t>(best[lane]);
+        const auto v = static_cast<std::size_t>(vertex);
+        const PlanarHull<S> corners({m_right.data(), m_up.data(), cloud.vertexCount()},
+                                    {m_right[v], m_up[v]});
+        if (std::find(corners.begin(), corners.end(), vertex) != corners.end())
+            return;
+        m_count = static_cast<std::size_t>(corners.end() - corners.begin());
+        std::copy(corners.begin(), corners.end(), m_ends.begin());
     }
 
     // Set as far as there are points.
