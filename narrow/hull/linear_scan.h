@@ -3,6 +3,7 @@
 #pragma once
 
 #include "cullet/narrow/hull/hull.h"
+#include "cullet/narrow/hull/linear_scan_avx2.h"
 #include "cullet/narrow/math/lanes.h"
 
 #include <Eigen/Core>
@@ -81,6 +82,10 @@ std::uint64_t bitsOfHigh(const Hull<S>& hull, const Eigen::Matrix<S, 3, 1>& dire
                          std::int32_t begin)
 {
     using L = Lanes<S>;
+#ifdef __SSE2__
+    if (kHasAvx2)
+        return bitsOfHighAvx2(hull, direction.data(), low, begin);
+#endif
     const LaneDirection<S> d(direction);
     const S *const x = hull.x() + begin, *const y = hull.y() + begin, *const z = hull.z() + begin;
     const std::int32_t count = std::min(hull.paddedCount() - begin, 64);

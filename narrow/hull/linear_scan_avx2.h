@@ -3,6 +3,7 @@
 #pragma once
 
 #ifdef __SSE2__
+#include <algorithm>
 #include <cstdint>
 #include <immintrin.h>
 #include <limits>
@@ -47,6 +48,15 @@ template <class Rows>
     return _mm256_max_ps(v, _mm256_shuffle_ps(v, v, 0xb1));
 }
 
+[[gnu::target("avx2"), gnu::always_inline]] inline __m256d productsAvx2(const double* x, const double* y,
+                                                                        const double* z,
+                                                                        const __m256d (&d)[3])
+{
+    const __m256d xy =
+        _mm256_add_pd(_mm256_mul_pd(_mm256_loadu_pd(x), d[0]), _mm256_mul_pd(_mm256_loadu_pd(y), d[1]));
+    return _mm256_add_pd(xy, _mm256_mul_pd(_mm256_loadu_pd(z), d[2]));
+}
+
 /// Largest x[i] d[0] + y[i] d[1] + z[i] d[2]. A third of the instructions of the scan with four lanes.
 template <class Rows>
 [[gnu::target("avx2"), gnu::always_inline]] inline LinearMaximum linearMaximumOf(const Rows& rows,
@@ -83,6 +93,70 @@ template <class Rows>
 {
     return linearMaximumOf(rows, {_mm256_broadcast_ss(direction), _mm256_broadcast_ss(direction + 1),
                                   _mm256_broadcast_ss(direction + 2)});
+}
+
+/// The index of the largest x[i] d[0] + y[i] d[1] + z[i] d[2], the lowest of equal ones; beyond the end if NaN.
+template <class Rows>
+[[gnu::target("avx2"), gnu::noinline]] std::int64_t indexOfMaximumAvx2(const Rows& rows,
+                                                                       const double* direction)
+{
+    const __m256d d[] = {_mm256_broadcast_sd(direction), _mm256_broadcast_sd(direction + 1),
+                         _mm256_broadcast_sd(direction + 2)};
+    __m256d best = _mm256_set1_pd(-std::numeric_limits<double>::infinity());
+    __m256i index = _mm256_setr_epi64x(0, 1, 2, 3);
+    __m256i where = _mm256_set1_epi64x(std::numeric_limits<std::int64_t>::max());
+    const std::int32_t count = rows.paddedCount();
+    for (std::int32_t i = 0; i < count; i += 4)
+    {
+        const __m256d product = productsAvx2(rows.x() + i, rows.y() + i, rows.z() + i, d);
+        const __m256d isLarger = _mm256_cmp_pd(product, best, _CMP_GT_OQ);
+        best = _mm256_max_pd(product, best);
+        where = _mm256_blendv_epi8(where, index, _mm256_castpd_si256(isLarger));
+        index = _mm256_add_epi64(index, _mm256_set1_epi64x(4));
+    }
+    __m256d all = _mm256_max_pd(best, _mm256_permute2f128_pd(best, best, 1));
+    all = _mm256_max_pd(all, _mm256_shuffle_pd(all, all, 5));
+    const __m256i others = _mm256_castpd_si256(_mm256_cmp_pd(best, all, _CMP_NEQ_UQ));
+    where = _mm256_or_si256(where, _mm256_srli_epi64(others, 1));
+    alignas(32) std::int64_t lanes[4];
+    _mm256_store_si256(reinterpret_cast<__m256i*>(lanes), where);
+    return std::min(std::min(lanes[0], lanes[1]), std::min(lanes[2], lanes[3]));
+}
+
+/// See bitsOfHigh().
+template <class Rows>
+[[gnu::target("avx2"), gnu::noinline]] std::uint64_t bitsOfHighAvx2(const Rows& rows, const float* direction,
+                                                                    float low, std::int32_t begin)
+{
+    const WideDirection d = {_mm256_broadcast_ss(direction), _mm256_broadcast_ss(direction + 1),
+                             _mm256_broadcast_ss(direction + 2)};
+    const std::int32_t count = std::min(rows.paddedCount() - begin, 64);
+    std::uint64_t below = 0;
+    for (std::int32_t i = 0; i < count; i += 8)
+    {
+        const __m256 isBelow =
+            _mm256_cmp_ps(productsAvx2(rows, begin + i, d), _mm256_set1_ps(low), _CMP_LT_OQ);
+        below |= std::uint64_t(static_cast<unsigned>(_mm256_movemask_ps(isBelow))) << i;
+    }
+    return ~below;
+}
+
+template <class Rows>
+[[gnu::target("avx2"), gnu::noinline]] std::uint64_t bitsOfHighAvx2(const Rows& rows, const double* direction,
+                                                                    double low, std::int32_t begin)
+{
+    const __m256d d[] = {_mm256_broadcast_sd(direction), _mm256_broadcast_sd(direction + 1),
+                         _mm256_broadcast_sd(direction + 2)};
+    const double *const x = rows.x() + begin, *const y = rows.y() + begin, *const z = rows.z() + begin;
+    const std::int32_t count = std::min(rows.paddedCount() - begin, 64);
+    std::uint64_t below = 0;
+    for (std::int32_t i = 0; i < count; i += 4)
+    {
+        const __m256d isBelow =
+            _mm256_cmp_pd(productsAvx2(x + i, y + i, z + i, d), _mm256_set1_pd(low), _CMP_LT_OQ);
+        below |= std::uint64_t(static_cast<unsigned>(_mm256_movemask_pd(isBelow))) << i;
+    }
+    return ~below;
 }
 
 template <class Rows>

@@ -235,12 +235,18 @@ SupportHit<S> hitLinear(const Hull<S>& hull, const Eigen::Matrix<S, 3, 1>& d)
     if (!hull.pointBlocks().isEmpty())
         return hitBlocks(hull, d);
 #ifdef __SSE2__
-    if constexpr (std::is_same_v<S, float>)
+    if (kHasAvx2)
     {
-        if (kHasAvx2)
+        if constexpr (std::is_same_v<S, float>)
         {
             const LinearMaximum best = linearMaximumAvx2(hull, d.data());
             return {best.index < hull.vertexCount() ? best.index : 0, best.value};
+        }
+        else
+        {
+            const std::int64_t best = indexOfMaximumAvx2(hull, d.data());
+            const std::int32_t vertex = best < hull.vertexCount() ? static_cast<std::int32_t>(best) : 0;
+            return {vertex, supportProduct(hull, vertex, d)};
         }
     }
 #endif
