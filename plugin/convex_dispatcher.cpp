@@ -4,9 +4,13 @@
 
 #include "cullet/base/threads/parallel_loops.h"
 #include "cullet/plugin/convex/body_motions.h"
+#include "cullet/plugin/convex/child_memory.h"
+#include "cullet/plugin/convex/contact_jobs.h"
 #include "cullet/plugin/convex/isa_gjk_algorithm.h"
 #include "cullet/plugin/core/dynamic_type.h"
+#include "cullet/plugin/core/floating_point_scope.h"
 #include "cullet/plugin/core/prefetch.h"
+#include "cullet/plugin/near_pass.h"
 
 #include <BulletCollision/BroadphaseCollision/btOverlappingPairCache.h>
 #include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
@@ -42,20 +46,6 @@ constexpr std::size_t kPrefetchDistance = 12;
     prefetchBody(sooner.m_pProxy1->m_clientObject);
 }
 
-/// Null for a pair with another algorithm, or with one of another dispatcher.
-IsaGjkAlgorithm* isaGjkOf(const btBroadphasePair& pair, const btDispatcher& dispatcher)
-{
-    if (pair.m_algorithm == nullptr || !isExactly<IsaGjkAlgorithm>(*pair.m_algorithm))
-        return nullptr;
-    auto* const algorithm = static_cast<IsaGjkAlgorithm*>(pair.m_algorithm);
-    return algorithm->belongsTo(dispatcher) ? algorithm : nullptr;
-}
-
-btCollisionObject& bodyOf(const btBroadphaseProxy* proxy)
-{
-    return *static_cast<btCollisionObject*>(proxy->m_clientObject);
-}
-
 bool tryReserve(std::vector<std::uint32_t>& list, std::size_t count) noexcept
 try
 {
@@ -80,12 +70,6 @@ private:
     IsaGjkRegistration& m_isaGjk;
 };
 
-/// Bullet's path returns at once for a pair of sleeping bodies.
-bool areAsleep(const btCollisionObject& a, const btCollisionObject& b)
-{
-    return !a.isActive() && !b.isActive();
-}
-
 bool isIdle(const btBroadphasePair& pair)
 {
     const btCollisionObject &a = bodyOf(pair.m_pProxy0), &b = bodyOf(pair.m_pProxy1);
@@ -93,60 +77,20 @@ bool isIdle(const btBroadphasePair& pair)
 }
 }  // namespace
 
-class Dispatcher::Callback : public btOverlapCallback
+IsaGjkAlgorithm* isaGjkOf(const btBroadphasePair& pair, const btDispatcher& dispatcher)
 {
-public:
-    Callback(Dispatcher& dispatcher, const btBroadphasePair* pairs, const btDispatcherInfo& info)
-        : m_dispatcher(dispatcher),
-          m_pairs(pairs),
-          m_info(info),
-          m_mayOverrideNeedsCollision(!isExactly<Dispatcher>(dispatcher))
-    {
-    }
-
-    bool processOverlap(btBroadphasePair& pair) override
-    {
-        if (!isIdle(pair) && !isAsleep(pair) && !(m_dispatcher.m_testsInTurn && isIdleNow(pair)))
-            m_dispatcher.getNearCallback()(pair, m_dispatcher, m_info);
-        return false;
-    }
-
-private:
-    bool isIdle(const btBroadphasePair& pair) const
-    {
-        const auto place = static_cast<std::size_t>(&pair - m_pairs);
-        const auto& idle = m_dispatcher.m_idle;
-        return place < idle.size() && pair.m_algorithm != nullptr && idle[place] == pair.m_algorithm;
-    }
-    bool usesOwnNearCallback() const
-    {
-        return m_dispatcher.getNearCallback() == m_dispatcher.m_ownNearCallback;
-    }
-    /// The first test of Bullet's near callback, without its calls.
-    bool isAsleep(const btBroadphasePair& pair) const
-    {
-        return !m_mayOverrideNeedsCollision && usesOwnNearCallback() &&
-               areAsleep(bodyOf(pair.m_pProxy0), bodyOf(pair.m_pProxy1));
-    }
-    bool isIdleNow(const btBroadphasePair& pair)
-    {
-        if (!usesOwnNearCallback() || isaGjkOf(pair, m_dispatcher) == nullptr || !cullet::isIdle(pair))
-            return false;
-        ++m_dispatcher.m_idlePairs;
-        m_dispatcher.m_isaGjk.counters().separated.add(1);
-        return true;
-    }
-
-    Dispatcher& m_dispatcher;
-    const btBroadphasePair* m_pairs;
-    const btDispatcherInfo& m_info;
-    bool m_mayOverrideNeedsCollision;  ///< a derived class may override needsCollision()
-};
+    if (pair.m_algorithm == nullptr || !isExactly<IsaGjkAlgorithm>(*pair.m_algorithm))
+        return nullptr;
+    auto* const algorithm = static_cast<IsaGjkAlgorithm*>(pair.m_algorithm);
+    return algorithm->belongsTo(dispatcher) ? algorithm : nullptr;
+}
 
 Dispatcher::Dispatcher(btCollisionConfiguration* configuration, const DispatcherOptions& options)
     : btCollisionDispatcher(configuration),
       m_isaGjk(registerIsaGjk(*this, options.isaGjk)),
       m_workers(std::make_unique<ParallelLoops>(options.threads)),
+      m_jobs(std::make_unique<ContactJobs>(*m_workers)),
+      m_callbacksAreThreadSafe(options.callbacksAreThreadSafe),
       m_ownNearCallback(getNearCallback())
 {
     // The registration may be left from an earlier dispatcher at this address, whose pairs no longer exist.
@@ -171,8 +115,39 @@ void Dispatcher::dispatchAllCollisionPairs(btOverlappingPairCache* pairCache, co
                       m_isaGjk.motions().serves(pairCache));
     else
         m_idle.clear();
-    Callback callback(*this, pairs, info);
-    pairCache->processAllOverlappingPairs(&callback, dispatcher, info);
+    NearPass nearPass(*this, *pairCache, info);
+    try
+    {
+        pairCache->processAllOverlappingPairs(&nearPass, dispatcher, info);
+    }
+    catch (...)
+    {
+        // Pairs before the one that failed have their contacts, as in Bullet.
+        nearPass.finish();
+        throw;
+    }
+    nearPass.finish();
+}
+
+const ContactStats& Dispatcher::contactStats() const
+{
+    return m_jobs->stats();
+}
+
+void* Dispatcher::allocateCollisionAlgorithm(int size)
+{
+    ChildMemory* const memory = ChildMemory::ofThisThread();
+    return memory != nullptr ? memory->allocate(std::size_t(size))
+                             : btCollisionDispatcher::allocateCollisionAlgorithm(size);
+}
+
+void Dispatcher::freeCollisionAlgorithm(void* algorithm)
+{
+    ChildMemory* const memory = ChildMemory::ofThisThread();
+    if (memory != nullptr)
+        memory->free(algorithm);
+    else
+        btCollisionDispatcher::freeCollisionAlgorithm(algorithm);
 }
 
 /// Creates the algorithms of new pairs, for a pair cache whose pairs do not track their bodies.
@@ -272,14 +247,16 @@ btScalar Dispatcher::breakingThresholdOf(const btCollisionObject& a, const btCol
                  b.getCollisionShape()->getContactBreakingThreshold(gContactBreakingThreshold));
 }
 
-/// Calls body(begin, end) for parts of [0, count) on all threads.
+/// Calls body(begin, end) for parts of [0, count) on all threads, in the floating-point mode of this one.
 template <class Body>
 void Dispatcher::parallelFor(std::size_t count, const Body& body)
 {
     const auto tasks = static_cast<unsigned>(std::max<std::size_t>(1, count / kGrain));
+    const FloatingPointMode mode;
     m_workers->run(tasks,
-                   [&](unsigned task)
+                   [&](unsigned task, unsigned thread)
                    {
+                       const FloatingPointMode::Scope sameMode(mode, thread != 0);
                        const TaskRange range(count, task, tasks);
                        body(range.begin, range.end);
                    });

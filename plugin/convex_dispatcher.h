@@ -3,6 +3,7 @@
 #pragma once
 
 #include "cullet/broad/array.h"
+#include "cullet/plugin/convex/contact_stats.h"
 #include "cullet/plugin/isa_gjk.h"
 
 #include <memory>
@@ -14,23 +15,35 @@ class ParallelLoops;
 
 inline namespace CULLET_PRECISION
 {
+class ContactJobs;
 class IsaGjkAlgorithm;
 
 struct DispatcherOptions
 {
-    /// Upper limit for the threads that search for idle pairs; fewer are used for little work. 0: as many as the
-    /// machine has. Contacts never depend on it.
+    /// Upper limit for the threads that search for idle pairs and compute contacts; fewer are used for little work. 0:
+    /// as many as the machine has. Contacts never depend on it.
     int threads = 0;
+    /// Contact callbacks (gContactAddedCallback and the others) and gCalculateCombined...Callbacks of the application
+    /// may be called on several threads at once, in any order, and throw nothing. If false, contacts are computed on
+    /// the calling thread while one is set, in the order of Bullet.
+    bool callbacksAreThreadSafe = false;
     IsaGjkOptions isaGjk;
 };
 
-/// Replaces btCollisionDispatcher, with ISA-GJK registered: finds the pairs that are still too far apart for contacts
-/// on several threads, and passes the others to Bullet's ordinary path one by one.
+/// Replaces btCollisionDispatcher, with ISA-GJK registered: finds the pairs that are still too far apart for contacts,
+/// and computes the contacts of the others, both on several threads.
 ///
 /// A pair is left out only if its dispatch would change nothing: its algorithm is an IsaGjkAlgorithm without contacts,
-/// its shapes were too far apart in the last step, or the pair is new, and they are too far apart now. The threads read
-/// bodies and shapes and write to these algorithms only, so a Bullet library without thread support suffices. Contacts,
-/// callbacks and their order are the same for any number of threads.
+/// its shapes were too far apart in the last step, or the pair is new, and they are too far apart now.
+///
+/// The others take part in one pass in the order of Bullet, which creates algorithms and manifolds, and releases those of
+/// compounds. Contacts of ISA-GJK, of boxes, spheres, capsules and planes, and of all these on Bullet's meshes and height
+/// fields, are computed after the pass, if both shapes are exactly of Bullet's classes. Compounds, shapes of derived
+/// classes and other algorithms of Bullet are handled in the pass. An algorithm of the application is handled there too,
+/// after the contacts of all earlier pairs. The threads read bodies and shapes and write to the algorithm and manifold of
+/// one pair each, so a Bullet library without thread support suffices. Contacts, manifolds and their order, and callbacks
+/// and theirs, are the same for any number of threads. contactStats() says what happened, and SerialReason when all
+/// contacts are computed in the pass.
 ///
 /// A pair of ISA-GJK gets no manifold before its shapes are close, unless a body is or becomes kinematic; Bullet
 /// creates one for every pair of overlapping boxes, and its islands and solver visit all of them. All other manifolds
@@ -40,7 +53,8 @@ struct DispatcherOptions
 ///
 /// With a near callback of the application, or DISPATCH_CONTINUOUS, every pair takes Bullet's path.
 /// During a dispatch, shapes of its pairs must not be edited, nor may a new shape be created at the address of one of
-/// them. Callbacks may do both with other shapes, and may pass them to contactTest() and contactPairTest().
+/// them. Callbacks may do both with other shapes, and may pass them to contactTest() and contactPairTest(). A profiler
+/// of the application (btSetCustomEnterProfileZoneFunc) is entered on all threads, for the triangles of meshes.
 class CULLET_API Dispatcher : public btCollisionDispatcher
 {
 public:
@@ -51,7 +65,14 @@ public:
     void dispatchAllCollisionPairs(btOverlappingPairCache* pairCache, const btDispatcherInfo& info,
                                    btDispatcher* dispatcher) override;
 
+    /// Memory for the algorithm of a pair or of a part of a shape: of Bullet's pool, or of a thread that computes
+    /// contacts.
+    void* allocateCollisionAlgorithm(int size) override;
+    void freeCollisionAlgorithm(void* algorithm) override;
+
     IsaGjkStats stats() const { return m_isaGjk.stats(); }
+    /// Where contacts were computed, and why not on several threads.
+    const ContactStats& contactStats() const;
     /// Number of pairs that the last dispatch left out.
     std::uint64_t idlePairs() const { return m_idlePairs; }
     /// The part of idlePairs() that the motion bounds of the bodies proved separated, without access to their shapes.
@@ -61,7 +82,7 @@ public:
     std::uint64_t stillPairs() const { return m_stillPairs; }
 
 private:
-    class Callback;
+    class NearPass;
 
     bool makeAlgorithms(btBroadphasePair* pairs, std::size_t count, std::vector<std::uint32_t>& isaGjkPairs);
     IsaGjkAlgorithm* makeAlgorithm(btBroadphasePair& pair);
@@ -85,6 +106,8 @@ private:
 
     IsaGjkRegistration& m_isaGjk;
     std::unique_ptr<ParallelLoops> m_workers;
+    std::unique_ptr<ContactJobs> m_jobs;
+    bool m_callbacksAreThreadSafe;
     btNearCallback m_ownNearCallback;
     /// By index in the pair array: the algorithm if the pair is idle, else null. The pointer shows whether the entry
     /// still belongs to the pair, since callbacks may remove bodies during the dispatch.

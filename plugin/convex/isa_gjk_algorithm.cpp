@@ -72,10 +72,12 @@ IsaGjkAlgorithm::~IsaGjkAlgorithm()
     m_isaGjk.leave();
 }
 
-/// Queries outside of a step may run on several threads; belongsTo() excludes their algorithms, so they are not marked.
+/// Marks the algorithm of a pair. That of a triangle, whose manifold is its parent's, or of a query outside of a step is
+/// in no array of pairs, and may be created on any thread.
 void IsaGjkAlgorithm::touch() noexcept
 {
-    if (!m_closestOnly)
+    const bool isOfTriangle = m_manifold != nullptr && !m_ownsManifold;
+    if (!m_closestOnly && !isOfTriangle)
         m_isaGjk.motions().pairs().touch(*this);
 }
 
@@ -124,15 +126,19 @@ void IsaGjkAlgorithm::getAllContactManifolds(btManifoldArray& manifolds)
     manifolds.push_back(m_manifold);
 }
 
+void IsaGjkAlgorithm::makeManifold(const btCollisionObject& a, const btCollisionObject& b)
+{
+    if (m_manifold != nullptr)
+        return;
+    m_manifold = m_dispatcher->getNewManifold(&a, &b);
+    m_ownsManifold = m_manifold != nullptr;
+}
+
 void IsaGjkAlgorithm::processCollision(const btCollisionObjectWrapper* a, const btCollisionObjectWrapper* b,
                                        const btDispatcherInfo& info, btManifoldResult* result)
 {
     m_budget.forget();
-    if (m_manifold == nullptr)
-    {
-        m_manifold = m_dispatcher->getNewManifold(a->getCollisionObject(), b->getCollisionObject());
-        m_ownsManifold = m_manifold != nullptr;
-    }
+    makeManifold(*a->getCollisionObject(), *b->getCollisionObject());
     result->setPersistentManifold(m_manifold);
     // The dispatcher's pool is full, and dynamic allocation is disabled.
     if (m_manifold == nullptr)

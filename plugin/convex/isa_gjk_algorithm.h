@@ -44,6 +44,10 @@ public:
                                    btManifoldResult* result) override;
     void getAllContactManifolds(btManifoldArray& manifolds) override;
 
+    /// What processCollision() of these bodies does first, unless the pair has a manifold. Afterwards processCollision()
+    /// writes to this object and its manifold only: safe to run for different pairs at the same time.
+    void makeManifold(const btCollisionObject& a, const btCollisionObject& b);
+
     /// Enables isIdle() before the first processCollision(), so that a pair that never touches needs no manifold.
     ///
     /// @param breakingThreshold the one that its manifold would have

@@ -103,14 +103,14 @@ private:
     std::thread m_thread;
 };
 
-// A step of two hundred bodies ends before a thread would join.
+// A step of sixty bodies ends before a thread would join.
 TEST(ThreadCounts, RiseForLargeWorldsOnly)
 {
     const FirstThread first;
     const std::size_t before = threadsOfThisProcess();
-    DriftingWorld small(8, 6);
+    DriftingWorld small(8, 4);
     small.step(4);
-    EXPECT_GT(small.idlePairs(), 400u);
+    EXPECT_GT(small.idlePairs(), 100u);
     EXPECT_EQ(threadsOfThisProcess(), before);
     DriftingWorld large(2, 14);
     large.step(4);

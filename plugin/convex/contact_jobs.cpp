@@ -1,0 +1,128 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "cullet/plugin/convex/contact_jobs.h"
+
+#include "cullet/base/threads/parallel_loops.h"
+#include "cullet/plugin/convex/child_memory.h"
+#include "cullet/plugin/core/floating_point_scope.h"
+
+#include <algorithm>
+#include <atomic>
+#include <exception>
+#include <optional>
+
+namespace cullet
+{
+inline namespace CULLET_PRECISION
+{
+namespace
+{
+/// Nanoseconds of a task: long beside the cost of taking it, short beside the wait for the last one.
+constexpr double kWorkOfTask = 2e4;
+
+/// Nanoseconds of the longest jobs.
+constexpr double kMostWork = 3000;
+
+/// Dispatches for which the work of the last jobs is remembered.
+constexpr unsigned kMemory = 16;
+
+/// Nanoseconds of a job.
+double costOf(PairKind kind)
+{
+    switch (kind)
+    {
+        case PairKind::IsaGjk:
+            return 1200;
+        case PairKind::Boxes:
+            return 700;
+        case PairKind::Mesh:
+            return kMostWork;
+        default:
+            return 100;
+    }
+}
+}  // namespace
+
+bool ContactJobs::tryAdd(const ContactJob& job, PairKind kind) noexcept
+try
+{
+    m_jobs.push_back(job);
+    m_work += costOf(kind);
+    return true;
+}
+catch (const std::exception&)
+{
+    return false;
+}
+
+bool ContactJobs::areTooFew(std::uint64_t pairs)
+{
+    if (m_dispatches++ % kMemory == 0)
+        m_workOfPair = kMostWork;
+    return double(pairs) * m_workOfPair < 2 * ParallelLoops::workPerThread;
+}
+
+void ContactJobs::run(const btDispatcherInfo& info)
+{
+    if (m_jobs.empty())
+        return;
+    const Clear afterwards{*this};
+    m_stats.jobs += m_jobs.size();
+    m_stats.jobsTotal += m_jobs.size();
+    m_workOfPair = m_work / double(m_jobs.size());
+    bool hasBegun = false;
+    try
+    {
+        m_loops.runRegion(m_work,
+                          [&]
+                          {
+                              hasBegun = true;
+                              runOnAllThreads(info);
+                          });
+    }
+    catch (const std::exception&)
+    {
+        if (hasBegun)
+            throw;
+        run(info, 0, m_jobs.size());
+    }
+}
+
+void ContactJobs::run(const btDispatcherInfo& info, std::size_t begin, std::size_t end) const
+{
+    for (std::size_t i = begin; i < end; ++i)
+        m_jobs[i].run(info);
+}
+
+void ContactJobs::runOnAllThreads(const btDispatcherInfo& info)
+{
+    const std::size_t count = m_jobs.size();
+    const unsigned tasks = m_loops.tasksFor(count, 1) > 1 ? taskCount() : 1;
+    if (tasks == 1)
+        return run(info, 0, count);
+    m_stats.dividedTotal += count;
+    const FloatingPointMode mode;
+    std::atomic<std::uint64_t> helped{0};
+    m_loops.run(tasks,
+                [&](unsigned task, unsigned thread)
+                {
+                    const TaskRange range(count, task, tasks);
+                    const FloatingPointMode::Scope sameMode(mode, thread != 0);
+                    std::optional<ChildMemory> memory;
+                    if (thread != 0)
+                    {
+                        memory.emplace();
+                        helped.fetch_add(range.end - range.begin, std::memory_order_relaxed);
+                    }
+                    run(info, range.begin, range.end);
+                });
+    m_stats.helpedTotal += helped;
+}
+
+unsigned ContactJobs::taskCount() const
+{
+    const double wanted = m_work / std::min(kWorkOfTask, ParallelLoops::workPerThread);
+    return static_cast<unsigned>(std::clamp(wanted, 1.0, double(m_jobs.size())));
+}
+}  // namespace CULLET_PRECISION
+}  // namespace cullet

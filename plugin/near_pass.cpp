@@ -1,0 +1,168 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "cullet/plugin/near_pass.h"
+
+#include "cullet/base/threads/parallel_loops.h"
+#include "cullet/plugin/convex/isa_gjk_algorithm.h"
+#include "cullet/plugin/convex/serial_reason.h"
+#include "cullet/plugin/core/dynamic_type.h"
+#include "cullet/plugin/pair_cache/pair_cache.h"
+
+#include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
+
+namespace cullet
+{
+inline namespace CULLET_PRECISION
+{
+namespace
+{
+/// Whether the passes of a pair cache run no code of the application between two pairs.
+bool isKnownCache(const btOverlappingPairCache& cache)
+{
+    return isExactly<PairCache>(cache) || isExactly<btHashedOverlappingPairCache>(cache) ||
+           isExactly<btSortedOverlappingPairCache>(cache);
+}
+
+/// btCollisionDispatcher::needsCollision(), for bodies that are not both asleep.
+bool mayCollide(const btCollisionObject& a, const btCollisionObject& b)
+{
+    return a.checkCollideWith(&b) && b.checkCollideWith(&a);
+}
+}  // namespace
+
+Dispatcher::NearPass::NearPass(Dispatcher& dispatcher, btOverlappingPairCache& cache,
+                               const btDispatcherInfo& info)
+    : m_dispatcher(dispatcher),
+      m_cache(cache),
+      m_pairs(cache.getOverlappingPairArrayPtr()),
+      m_info(info),
+      m_jobs(*dispatcher.m_jobs),
+      m_kinds(dispatcher, dispatcher.m_isaGjk, dispatcher.m_doubleDispatchContactPoints),
+      m_isInLine(isExactly<Dispatcher>(dispatcher) &&
+                 info.m_dispatchFunc == btDispatcherInfo::DISPATCH_DISCRETE),
+      m_reason(serialReason())
+{
+    ContactStats& stats = m_jobs.stats();
+    if (m_reason == SerialReason::None && m_jobs.areTooFew(stats.pairs))
+        m_reason = SerialReason::FewPairs;
+    stats.reason = m_reason;
+    stats.jobs = 0;
+}
+
+void Dispatcher::NearPass::finish()
+{
+    m_jobs.run(m_info);
+    ContactStats& stats = m_jobs.stats();
+    stats.pairs = m_near;
+    stats.inOrderTotal += m_near - stats.jobs;
+    ++stats.dispatchesTotal[std::size_t(stats.reason)];
+}
+
+SerialReason Dispatcher::NearPass::serialReason() const
+{
+    if (m_dispatcher.m_workers->threads() == 1)
+        return SerialReason::OneThread;
+    if (!usesOwnNearCallback())
+        return SerialReason::NearCallback;
+    if (m_info.m_dispatchFunc != btDispatcherInfo::DISPATCH_DISCRETE)
+        return SerialReason::ContinuousDispatch;
+    if (!m_isInLine)
+        return SerialReason::DerivedDispatcher;
+    if (!isKnownCache(m_cache))
+        return SerialReason::UnknownPairCache;
+    return findSerialReason(m_dispatcher, m_dispatcher.m_isaGjk, m_info,
+                            m_dispatcher.m_callbacksAreThreadSafe);
+}
+
+bool Dispatcher::NearPass::processOverlap(btBroadphasePair& pair)
+{
+    if (isIdle(pair))
+        return false;
+    btCollisionObject &a = bodyOf(pair.m_pProxy0), &b = bodyOf(pair.m_pProxy1);
+    if (!m_isInLine || !usesOwnNearCallback())
+        takeBulletsPath(pair);
+    else if (!areAsleep(a, b) && !(m_dispatcher.m_testsInTurn && isIdleInTurn(pair)) && mayCollide(a, b))
+        collide(pair, a, b);
+    return false;
+}
+
+bool Dispatcher::NearPass::isIdle(const btBroadphasePair& pair) const
+{
+    const auto place = static_cast<std::size_t>(&pair - m_pairs);
+    const auto& idle = m_dispatcher.m_idle;
+    return place < idle.size() && pair.m_algorithm != nullptr && idle[place] == pair.m_algorithm;
+}
+
+[[gnu::noinline]] void Dispatcher::NearPass::takeBulletsPath(btBroadphasePair& pair)
+{
+    const bool isIdle = m_dispatcher.m_testsInTurn && usesOwnNearCallback() &&
+                        !areAsleep(bodyOf(pair.m_pProxy0), bodyOf(pair.m_pProxy1)) && isIdleInTurn(pair);
+    if (!isIdle)
+        m_dispatcher.getNearCallback()(pair, m_dispatcher, m_info);
+}
+
+/// For a dispatch that tests each pair when its turn has come.
+[[gnu::noinline]] bool Dispatcher::NearPass::isIdleInTurn(const btBroadphasePair& pair)
+{
+    IsaGjkAlgorithm* const algorithm = isaGjkOf(pair, m_dispatcher);
+    if (algorithm == nullptr || !algorithm->isIdle(bodyOf(pair.m_pProxy0), bodyOf(pair.m_pProxy1)))
+        return false;
+    ++m_dispatcher.m_idlePairs;
+    m_dispatcher.m_isaGjk.counters().separated.add(1);
+    return true;
+}
+
+[[gnu::noinline]] void Dispatcher::NearPass::makeAlgorithm(btBroadphasePair& pair, btCollisionObject& a,
+                                                           btCollisionObject& b)
+{
+    const btCollisionObjectWrapper wrapA(nullptr, a.getCollisionShape(), &a, a.getWorldTransform(), -1, -1);
+    const btCollisionObjectWrapper wrapB(nullptr, b.getCollisionShape(), &b, b.getWorldTransform(), -1, -1);
+    pair.m_algorithm = m_dispatcher.findAlgorithm(&wrapA, &wrapB, nullptr, BT_CONTACT_POINT_ALGORITHMS);
+}
+
+[[gnu::always_inline]] inline void Dispatcher::NearPass::collide(btBroadphasePair& pair, btCollisionObject& a,
+                                                                 btCollisionObject& b)
+{
+    if (pair.m_algorithm == nullptr)
+        makeAlgorithm(pair, a, b);
+    if (pair.m_algorithm == nullptr)
+        return;
+    const ContactJob job = {pair.m_algorithm, &a, &b};
+    ++m_near;
+    if (m_reason == SerialReason::None)
+        deferOrRun(job);
+    else
+        job.run(m_info);
+}
+
+void Dispatcher::NearPass::deferOrRun(const ContactJob& job)
+{
+    const PairKind kind = m_kinds.kindOf(*job.algorithm, *job.a, *job.b);
+    if (kind == PairKind::Unknown)
+        runUnknown(job);
+    else if (!isJob(kind) || !defer(job, kind))
+        job.run(m_info);
+}
+
+/// Such a pair sees the contacts of all earlier pairs and none of later ones, and may change anything.
+void Dispatcher::NearPass::runUnknown(const ContactJob& job)
+{
+    m_jobs.run(m_info);
+    ++m_jobs.stats().barriersTotal;
+    job.run(m_info);
+    m_jobs.stats().reason = m_reason = serialReason();
+}
+
+/// @return false if out of memory
+bool Dispatcher::NearPass::defer(const ContactJob& job, PairKind kind)
+{
+    if (kind == PairKind::IsaGjk)
+        static_cast<IsaGjkAlgorithm*>(job.algorithm)->makeManifold(*job.a, *job.b);
+    if (m_jobs.tryAdd(job, kind))
+        return true;
+    m_jobs.stats().reason = SerialReason::OutOfMemory;
+    m_jobs.run(m_info);
+    return false;
+}
+}  // namespace CULLET_PRECISION
+}  // namespace cullet

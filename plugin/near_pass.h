@@ -1,0 +1,69 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "cullet/plugin/convex/contact_jobs.h"
+#include "cullet/plugin/convex/pair_kind.h"
+#include "cullet/plugin/convex_dispatcher.h"
+
+#include <BulletCollision/BroadphaseCollision/btOverlappingPairCache.h>
+
+namespace cullet
+{
+inline namespace CULLET_PRECISION
+{
+class IsaGjkAlgorithm;
+
+/// Null for a pair with another algorithm, or with one of another dispatcher.
+IsaGjkAlgorithm* isaGjkOf(const btBroadphasePair& pair, const btDispatcher& dispatcher);
+
+inline btCollisionObject& bodyOf(const btBroadphaseProxy* proxy)
+{
+    return *static_cast<btCollisionObject*>(proxy->m_clientObject);
+}
+
+/// Bullet's path returns at once for a pair of sleeping bodies.
+inline bool areAsleep(const btCollisionObject& a, const btCollisionObject& b)
+{
+    return !a.isActive() && !b.isActive();
+}
+
+/// The pass of a dispatch over all pairs in order. What Bullet's near callback does for a pair is done here in line:
+/// filters, creation of the algorithm and of its manifold. The rest is a job, if pair and dispatch permit that, and is
+/// done at once otherwise. So the manifolds are created and released in the order of the pairs.
+class Dispatcher::NearPass final : public btOverlapCallback
+{
+public:
+    NearPass(Dispatcher& dispatcher, btOverlappingPairCache& cache, const btDispatcherInfo& info);
+
+    bool processOverlap(btBroadphasePair& pair) override;
+    /// Runs the jobs that are left, and counts. Call it after the pass, even if that ended by an exception.
+    void finish();
+
+private:
+    SerialReason serialReason() const;
+    bool isIdle(const btBroadphasePair& pair) const;
+    bool usesOwnNearCallback() const
+    {
+        return m_dispatcher.getNearCallback() == m_dispatcher.m_ownNearCallback;
+    }
+    bool isIdleInTurn(const btBroadphasePair& pair);
+    void takeBulletsPath(btBroadphasePair& pair);
+    void makeAlgorithm(btBroadphasePair& pair, btCollisionObject& a, btCollisionObject& b);
+    void collide(btBroadphasePair& pair, btCollisionObject& a, btCollisionObject& b);
+    void deferOrRun(const ContactJob& job);
+    bool defer(const ContactJob& job, PairKind kind);
+    void runUnknown(const ContactJob& job);
+
+    Dispatcher& m_dispatcher;
+    const btOverlappingPairCache& m_cache;
+    const btBroadphasePair* m_pairs;
+    const btDispatcherInfo& m_info;
+    ContactJobs& m_jobs;
+    PairKinds m_kinds;
+    bool m_isInLine;  ///< Bullet's near callback, without the call
+    SerialReason m_reason;
+    std::uint64_t m_near = 0;  ///< pairs whose contacts are computed
+};
+}  // namespace CULLET_PRECISION
+}  // namespace cullet
