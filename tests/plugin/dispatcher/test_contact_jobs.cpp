@@ -1,5 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
+#include "cullet/plugin/convex/child_memory.h"
 #include "cullet/tests/plugin/dispatcher/crowd_world.h"
 
 #include <gtest/gtest.h>
@@ -61,6 +62,30 @@ TEST_P(ContactJobsTest, GiveBulletsManifoldsBitByBitOnAnyNumberOfThreads)
         EXPECT_GT(stats.dividedTotal, stats.jobsTotal / 2);
         EXPECT_TRUE(stats.helpedTotal > 0 || std::thread::hardware_concurrency() == 1);
     }
+}
+
+// Bullet's pool has no lock, and a job on a mesh makes an algorithm for each triangle.
+TEST(ContactJobs, TakeMemoryOfTrianglesFromTheirThreadInsteadOfPool)
+{
+    btDefaultCollisionConfiguration configuration;
+    Dispatcher dispatcher(&configuration);
+    btPoolAllocator& pool = *configuration.getCollisionAlgorithmPool();
+    const int before = pool.getFreeCount();
+    {
+        ChildMemory ofThisThread;
+        void* const first = dispatcher.allocateCollisionAlgorithm(192);
+        void* const second = dispatcher.allocateCollisionAlgorithm(192);
+        EXPECT_FALSE(pool.validPtr(first));
+        EXPECT_NE(first, second);
+        EXPECT_EQ(pool.getFreeCount(), before);
+        dispatcher.freeCollisionAlgorithm(first);
+        dispatcher.freeCollisionAlgorithm(second);
+        EXPECT_EQ(dispatcher.allocateCollisionAlgorithm(192), first);
+    }
+    void* const ofPool = dispatcher.allocateCollisionAlgorithm(192);
+    EXPECT_TRUE(pool.validPtr(ofPool));
+    dispatcher.freeCollisionAlgorithm(ofPool);
+    EXPECT_EQ(pool.getFreeCount(), before);
 }
 
 /// A rounding mode of the calling thread.
