@@ -21,7 +21,7 @@ namespace
 constexpr double kWorkOfTask = 2e4;
 
 /// Nanoseconds of the longest jobs.
-constexpr double kMostWork = 3000;
+constexpr double kMostWork = 8000;
 
 /// Dispatches for which the work of the last jobs is remembered.
 constexpr unsigned kMemory = 16;
@@ -34,11 +34,11 @@ double costOf(PairKind kind)
         case PairKind::IsaGjk:
             return 1200;
         case PairKind::Boxes:
-            return 700;
+            return 300;
         case PairKind::Mesh:
             return kMostWork;
         default:
-            return 100;
+            return 130;
     }
 }
 }  // namespace
