@@ -138,7 +138,7 @@ TEST(ContactBarriers, StandBeforeCompoundsWhoseChildrenMayHaveUnknownAlgorithms)
         OwnBoxesWorld own(threads, Crowd::Compounds);
         std::vector<std::uint64_t>& list = seen[threads / 4];
         OwnBoxes::act = [&](auto*, auto*) { list.push_back(own.hashOfManifolds()); };
-        own.world->run(kSteps);
+        own.world->run(kSteps / 3);
         EXPECT_GT(list.size(), 200u);
         EXPECT_EQ(own.world->stats().barriersTotal > list.size(), threads > 1);
     }
