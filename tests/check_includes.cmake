@@ -93,6 +93,7 @@ room(broad/psap/verlet MAY broad broad/psap/data broad/psap/exec broad/psap/upda
 room(broad/psap MAY base broad broad/pairs broad/psap/data broad/psap/exec broad/psap/sorted broad/psap/thesis broad/psap/tiles
     broad/psap/update broad/psap/verlet)
 room(narrow/math MAY base)
+room(narrow/box MAY base)
 room(narrow/hull MAY base narrow/math)
 room(narrow/build MAY base narrow/hull narrow/math)
 room(narrow/gjk MAY base narrow/hull narrow/math)
@@ -105,8 +106,8 @@ room(plugin/pair_cache MAY base broad plugin/core)
 room(plugin/proxies MAY base broad broad/queries plugin/core)
 room(plugin/pair_sync MAY base base/threads broad broad/boxes broad/queries plugin/core plugin/pair_cache plugin/proxies)
 room(plugin/shapes MAY base narrow/math narrow/hull narrow/build narrow/gjk plugin/core)
-room(plugin/contact MAY base narrow/math narrow/hull plugin/core plugin/shapes)
-room(plugin/convex MAY base base/threads broad narrow/math narrow/hull narrow/gjk narrow/epa plugin/core plugin/shapes plugin/contact)
+room(plugin/contact MAY base narrow/math narrow/box narrow/hull plugin/core plugin/shapes)
+room(plugin/convex MAY base base/threads broad narrow/math narrow/box narrow/hull narrow/gjk narrow/epa plugin/core plugin/shapes plugin/contact)
 room(plugin MAY base base/threads broad broad/queries cuda plugin/core plugin/pair_cache plugin/proxies plugin/pair_sync plugin/shapes
     plugin/contact plugin/convex)
 
