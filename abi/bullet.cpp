@@ -128,7 +128,9 @@ cullet_status cullet_isa_gjk_register(uint32_t scalar_bytes, void* dispatcher,
             requirePrecision(scalar_bytes);
             const auto known = readOptions<sizeof(cullet_isa_gjk_options)>(options);
             IsaGjkOptions chosen;
-            chosen.boxBox = known.box_box != 0;
+            require(known.box_box >= 0 && known.box_box <= 2, CULLET_ERROR_ARGUMENT,
+                    "box_box: 0 to 2 expected");
+            chosen.boxPairs = static_cast<BoxPairs>(known.box_box);
             chosen.checkPoints = known.constant_points == 0;
             IsaGjkRegistration& made =
                 registerIsaGjk(*static_cast<btCollisionDispatcher*>(dispatcher), chosen);

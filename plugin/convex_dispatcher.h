@@ -47,8 +47,8 @@ struct DispatcherOptions
 ///
 /// A pair of ISA-GJK gets no manifold before its shapes are close, unless a body is or becomes kinematic; Bullet
 /// creates one for every pair of overlapping boxes, and its islands and solver visit all of them. All other manifolds
-/// are created in the order of btCollisionDispatcher: a world of pairs for which Bullet has special algorithms (boxes;
-/// spheres and capsules; compounds and planes with these) gives the same bits with both dispatchers. If a callback
+/// are created in the order of btCollisionDispatcher: a world of spheres and capsules, and of boxes with
+/// BoxPairs::Bullet, compounds and planes with these too, gives the same bits with both dispatchers. If a callback
 /// moves a body during the dispatch, idle pairs react in the next step.
 ///
 /// With a near callback of the application, or DISPATCH_CONTINUOUS, every pair takes Bullet's path.

@@ -22,10 +22,18 @@ inline namespace CULLET_PRECISION
 {
 class BodyMotions;
 
+/// What finds the contacts of two boxes in a step. Queries for closest points are left to Bullet, except with IsaGjk.
+enum class BoxPairs : std::uint8_t
+{
+    SeparatingAxes,  ///< cullet's separating axis test and patch; the manifold is kept as by Bullet's algorithm
+    IsaGjk,          ///< ISA-GJK, as for any other convex pair
+    Bullet           ///< Bullet's own algorithm: the same bits as without cullet
+};
+
 struct IsaGjkOptions
 {
-    /// Use ISA-GJK for box against box too. By default Bullet's own algorithm for this pair stays in place.
-    bool boxBox = false;
+    /// With SeparatingAxes, shapes of a class derived from btBoxShape are left to Bullet.
+    BoxPairs boxPairs = BoxPairs::SeparatingAxes;
     /// Compare a hull shape's points with the cached ones in every query: about a nanosecond for three points. With
     /// cullet::Dispatcher once per dispatch, and in every query from a callback during it. If false, call
     /// invalidate(shape) after every edit and before a shape is deleted.
@@ -111,6 +119,16 @@ private:
         bool m_closestOnly;
     };
 
+    /// For two boxes.
+    struct BoxCreateFunc : btCollisionAlgorithmCreateFunc
+    {
+        explicit BoxCreateFunc(IsaGjkRegistration& isaGjk) : m_isaGjk(isaGjk) {}
+        btCollisionAlgorithm* CreateCollisionAlgorithm(btCollisionAlgorithmConstructionInfo& info,
+                                                       const btCollisionObjectWrapper* a,
+                                                       const btCollisionObjectWrapper* b) override;
+        IsaGjkRegistration& m_isaGjk;
+    };
+
     static constexpr std::uint64_t kUncheckedPass = ~std::uint64_t(0);
 
     IsaGjkOptions m_options;
@@ -123,13 +141,15 @@ private:
     btConvexConvexAlgorithm::CreateFunc m_ownStock{&m_depthSolver};
     CreateFunc m_contactPoints{*this, false};
     CreateFunc m_closestPoints{*this, true};
+    BoxCreateFunc m_boxes{*this};
+    btCollisionAlgorithmCreateFunc* m_stockBoxes = nullptr;  ///< Bullet's own for two boxes
 };
 
 /// Lets ISA-GJK find the contacts of convex pairs. Call once after the dispatcher is created, before bodies are added.
 ///
 /// Fills both tables of the dispatcher, for both orders of every pair of convex types, except pairs for which Bullet
-/// has a closed form: sphere-sphere, sphere-triangle, capsule-capsule, capsule-sphere, box-box (see options), and the
-/// two-dimensional types. Children of compounds and triangles of meshes are handled like any other pair.
+/// has a closed form: sphere-sphere, sphere-triangle, capsule-capsule, capsule-sphere, and the two-dimensional types.
+/// Two boxes have an algorithm of their own (IsaGjkOptions::boxPairs) in the table of contact points. Children of compounds and triangles of meshes are handled like any other pair.
 ///
 /// For pairs of polytopes (hull, box, triangle, capsule, sphere) each query makes a patch of up to four contact points.
 /// With any other shape, ISA-GJK only decides whether a pair is too far apart for contacts, and Bullet's own algorithm

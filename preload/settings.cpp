@@ -69,6 +69,8 @@ Settings read()
     result.replacesNarrowPhase = readFlag("CULLET_NARROW").value_or(true);
     result.fillsTrees = readFlag("CULLET_TREES");
     result.hasSummary = readFlag("CULLET_STATS").value_or(false);
+    if (!readFlag("CULLET_BOXES").value_or(true))
+        result.narrowPhase.boxPairs = BoxPairs::Bullet;
     readPatchPoints(result.narrowPhase.patchPoints);
     readBackend(result);
     return result;

@@ -5,6 +5,7 @@
 #include "cullet/base/held_while_forking.h"
 #include "cullet/broad/log.h"
 #include "cullet/plugin/convex/body_motions.h"
+#include "cullet/plugin/convex/box_box_algorithm.h"
 #include "cullet/plugin/convex/isa_gjk_algorithm.h"
 #include "cullet/plugin/core/dynamic_type.h"
 #include "cullet/plugin/shapes/convex_shape.h"
@@ -41,7 +42,7 @@ bool isCovered(int typeA, int typeB, const IsaGjkOptions& options)
     const bool isSphereTriangle = (a == ConvexKind::Sphere && b == ConvexKind::Triangle) ||
                                   (a == ConvexKind::Triangle && b == ConvexKind::Sphere);
     const bool isBoxBox = a == ConvexKind::Box && b == ConvexKind::Box;
-    return !isSphereTriangle && (!isBoxBox || options.boxBox);
+    return !isSphereTriangle && (!isBoxBox || options.boxPairs == BoxPairs::IsaGjk);
 }
 
 /// The options, clamped to their ranges.
@@ -82,13 +83,14 @@ void IsaGjkRegistration::reset(btCollisionDispatcher& dispatcher, const IsaGjkOp
 {
     m_leftTotal.load(std::memory_order_acquire);
     btCollisionConfiguration& configuration = *dispatcher.getCollisionConfiguration();
-    if (m_options.boxBox && !options.boxBox)
+    if (m_options.boxPairs != options.boxPairs)
         giveBack(BOX_SHAPE_PROXYTYPE, BOX_SHAPE_PROXYTYPE, dispatcher, configuration);
     m_options = checkedOptions(options);
     endPass();
     for (ThreadCounter* counter : {&m_counters.separated, &m_counters.touching, &m_counters.depths,
                                    &m_counters.notConverged, &m_counters.delegated, &m_counters.exact})
         counter->reset();
+    m_stockBoxes = configuration.getCollisionAlgorithmCreateFunc(BOX_SHAPE_PROXYTYPE, BOX_SHAPE_PROXYTYPE);
     m_stock =
         dynamicCast<const btConvexConvexAlgorithm::CreateFunc>(configuration.getCollisionAlgorithmCreateFunc(
             CONVEX_HULL_SHAPE_PROXYTYPE, CONVEX_HULL_SHAPE_PROXYTYPE));
@@ -108,6 +110,18 @@ void IsaGjkRegistration::registerWith(btCollisionDispatcher& dispatcher)
             dispatcher.registerClosestPointsCreateFunc(a, b, &m_closestPoints);
         }
     }
+    if (m_options.boxPairs == BoxPairs::SeparatingAxes)
+        dispatcher.registerCollisionCreateFunc(BOX_SHAPE_PROXYTYPE, BOX_SHAPE_PROXYTYPE, &m_boxes);
+}
+
+btCollisionAlgorithm* IsaGjkRegistration::BoxCreateFunc::CreateCollisionAlgorithm(
+    btCollisionAlgorithmConstructionInfo& info, const btCollisionObjectWrapper* a,
+    const btCollisionObjectWrapper* b)
+{
+    if (!isExactly<btBoxShape>(*a->getCollisionShape()) || !isExactly<btBoxShape>(*b->getCollisionShape()))
+        return m_isaGjk.m_stockBoxes->CreateCollisionAlgorithm(info, a, b);
+    void* memory = info.m_dispatcher1->allocateCollisionAlgorithm(sizeof(BoxBoxAlgorithm));
+    return new (memory) BoxBoxAlgorithm(m_isaGjk, info.m_manifold, info, a, b);
 }
 
 void IsaGjkRegistration::beginPass()

@@ -31,8 +31,8 @@ DispatcherOptions dispatcherOptions(const HistoryOptions& history)
 {
     DispatcherOptions options;
     options.threads = history.threads;
-    // Bullet's closed form for boxes asks the math library for angles.
-    options.isaGjk.boxBox = history.scene == HistoryScene::Drift;
+    options.isaGjk.boxPairs =
+        history.scene == HistoryScene::Drift ? BoxPairs::IsaGjk : BoxPairs::SeparatingAxes;
     return options;
 }
 

@@ -98,7 +98,7 @@ private:
         const std::uint32_t narrow = isLargest ? 3 : m_random.below(4);
         DispatcherOptions options;
         options.threads = 1 + static_cast<int>(m_chooser.below(3));
-        options.isaGjk.boxBox = m_random.chance(0.5f);
+        options.isaGjk.boxPairs = m_random.chance(0.5f) ? BoxPairs::IsaGjk : BoxPairs::SeparatingAxes;
         if (narrow >= 2)
             m_dispatcher = &m_own.emplace(&m_configuration, options);
         else

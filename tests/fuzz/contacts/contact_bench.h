@@ -79,7 +79,7 @@ private:
         for (int points = 1; points <= 4; ++points)
         {
             IsaGjkOptions options;
-            options.boxBox = true;
+            options.boxPairs = BoxPairs::IsaGjk;
             options.patchPoints = points;
             m_ours.push_back(std::make_unique<ConvexBench>(false, options));
         }

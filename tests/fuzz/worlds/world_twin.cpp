@@ -49,7 +49,10 @@ WorldTwin::~WorldTwin()
 void WorldTwin::makeDispatcher()
 {
     IsaGjkOptions isaGjk;
-    isaGjk.boxBox = m_settings.hasBoxBox;
+    // Worlds of boxes have the same bits with Bullet's dispatcher only with Bullet's own algorithm.
+    const BoxPairs own =
+        m_settings.family == ShapeFamily::Boxes ? BoxPairs::Bullet : BoxPairs::SeparatingAxes;
+    isaGjk.boxPairs = m_settings.hasBoxBox ? BoxPairs::IsaGjk : own;
     if (m_recipe.narrow == NarrowPhase::Bullet || m_recipe.narrow == NarrowPhase::Registered)
     {
         m_dispatcher = std::make_unique<btCollisionDispatcher>(m_configuration.get());

@@ -36,12 +36,12 @@ inline void PrintTo(Narrow narrow, std::ostream* out)
 class ConvexWorld
 {
 public:
-    explicit ConvexWorld(Narrow narrow, int threads = 1)
-        : m_dispatcher(makeDispatcher(narrow, threads)),
+    explicit ConvexWorld(Narrow narrow, int threads = 1, const IsaGjkOptions& isaGjk = {})
+        : m_dispatcher(makeDispatcher(narrow, threads, isaGjk)),
           world(m_dispatcher.get(), &m_broadphase, &m_solver, &configuration)
     {
         if (narrow == Narrow::IsaGjk)
-            m_registration = &registerIsaGjk(*m_dispatcher);
+            m_registration = &registerIsaGjk(*m_dispatcher, isaGjk);
     }
     ~ConvexWorld()
     {
@@ -108,9 +108,11 @@ public:
     btDefaultCollisionConfiguration configuration;
 
 private:
-    std::unique_ptr<btCollisionDispatcher> makeDispatcher(Narrow narrow, int threads)
+    std::unique_ptr<btCollisionDispatcher> makeDispatcher(Narrow narrow, int threads,
+                                                          const IsaGjkOptions& isaGjk)
     {
         DispatcherOptions options;
+        options.isaGjk = isaGjk;
         options.threads = threads;
         if (narrow != Narrow::Dispatcher)
             return std::make_unique<btCollisionDispatcher>(&configuration);

@@ -127,7 +127,7 @@ TEST(IsaGjkAlgorithm, ReleasesItsOwnManifoldAndNoOther)
 TEST(IsaGjkAlgorithm, IsRegisteredInBothOrdersAndTablesExceptForBulletsSpecialPairs)
 {
     Shapes shapes;
-    ConvexBench bench, withBoxes(false, {true, true});
+    ConvexBench bench, withBoxes(false, {BoxPairs::IsaGjk, true});
     int ours = 0;
     for (const auto table : {BT_CONTACT_POINT_ALGORITHMS, BT_CLOSEST_POINT_ALGORITHMS})
     {

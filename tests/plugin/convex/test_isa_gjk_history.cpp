@@ -161,7 +161,7 @@ TEST_P(IsaGjkHistory, ChangesNoBitOfQueryOrStep)
     SCOPED_TRACE(kSeed);
     Random random(kSeed);
     IsaGjkOptions options;
-    options.boxBox = true;
+    options.boxPairs = BoxPairs::IsaGjk;
     ConvexBench bench(false, options);
     const std::vector<NamedShape> shapes = historyShapes();
     int touching = 0, several = 0;
@@ -204,7 +204,7 @@ TEST(IsaGjkDepths, DependOnNoEarlierPoseWhenFacesAreNearlyLevel)
     SCOPED_TRACE(kSeed);
     Random random(kSeed);
     IsaGjkOptions options;
-    options.boxBox = true;
+    options.boxPairs = BoxPairs::IsaGjk;
     ConvexBench bench(false, options);
     btBoxShape box(vec(1, 1, 1));
     for (int i = 0; i < 1500; ++i)

@@ -51,7 +51,7 @@ struct OwnWorld
     std::optional<btDiscreteDynamicsWorld> world;
 };
 
-/// Whether the two tables of a dispatcher have ISA-GJK for two boxes.
+/// Whether the two tables of a dispatcher have an algorithm of cullet's for two boxes.
 std::pair<bool, bool> hasBoxBox(btCollisionDispatcher& dispatcher, const IsaGjkRegistration& registration)
 {
     btBoxShape box(vec(0.5, 0.5, 0.5));
@@ -92,12 +92,22 @@ TEST(IsaGjkRegistration, GivesBoxesBackWhenItIsRegisteredAgainWithoutThem)
 {
     btDefaultCollisionConfiguration configuration;
     btCollisionDispatcher dispatcher(&configuration);
-    IsaGjkOptions boxes;
-    boxes.boxBox = true;
     const auto none = std::make_pair(false, false), both = std::make_pair(true, true);
-    EXPECT_EQ(hasBoxBox(dispatcher, registerIsaGjk(dispatcher)), none);
-    EXPECT_EQ(hasBoxBox(dispatcher, registerIsaGjk(dispatcher, boxes)), both);
-    EXPECT_EQ(hasBoxBox(dispatcher, registerIsaGjk(dispatcher)), none);
+    // Queries for the closest points stay with Bullet.
+    const auto contactsOnly = std::make_pair(true, false);
+    const auto after = [&](BoxPairs boxPairs)
+    {
+        IsaGjkOptions options;
+        options.boxPairs = boxPairs;
+        return hasBoxBox(dispatcher, registerIsaGjk(dispatcher, options));
+    };
+    EXPECT_EQ(hasBoxBox(dispatcher, registerIsaGjk(dispatcher)), contactsOnly);
+    EXPECT_EQ(after(BoxPairs::IsaGjk), both);
+    EXPECT_EQ(after(BoxPairs::SeparatingAxes), contactsOnly);
+    EXPECT_EQ(after(BoxPairs::Bullet), none);
+    EXPECT_EQ(after(BoxPairs::IsaGjk), both);
+    EXPECT_EQ(after(BoxPairs::Bullet), none);
+    EXPECT_EQ(after(BoxPairs::SeparatingAxes), contactsOnly);
 }
 
 TEST(IsaGjkRegistration, LimitsContactsOfPairToPatchPoints)

@@ -24,7 +24,8 @@ enum class OwnPairs
 class OwnPairsWorld
 {
 public:
-    OwnPairsWorld(OwnPairs kind, Narrow narrow, unsigned seed) : m_world(narrow, 2), m_engine(seed)
+    OwnPairsWorld(OwnPairs kind, Narrow narrow, unsigned seed)
+        : m_world(narrow, 2, {BoxPairs::Bullet}), m_engine(seed)
     {
         m_pairOfBoxes.addChildShape(btTransform(btQuaternion::getIdentity(), vec(-0.3, 0, 0)), &m_box);
         m_pairOfBoxes.addChildShape(btTransform(btQuaternion::getIdentity(), vec(0.3, 0.2, 0)), &m_box);
