@@ -39,7 +39,7 @@ void placeContact(const PosedBox<Vector>& box, const typename Vector::Scalar (&n
 ///
 /// Precision: for boxes of size s and numbers of n digits, some s 10^-n, and for an axis of edges at a small angle, that
 /// divided by the angle. Sizes from 1e-15 to 1e15 in single precision. Boxes without volume touch as others do.
-/// Cost: 20 nanoseconds for a group that still separates, 60 to 150 for a contact. No allocation, no shared state.
+/// Cost: 20 nanoseconds for a group that still separates, 60 to 240 for a contact. No allocation, no shared state.
 ///
 /// @param group [in, out] memory of the pair between calls; see BoxAxes::areSeparated()
 template <class Vector>
