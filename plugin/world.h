@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "cullet/plugin/world_boxes.h"
+#include "cullet/plugin/world_layers.h"
 
 #include <BulletDynamics/Dynamics/btSimpleDynamicsWorld.h>
 
@@ -12,34 +12,63 @@ namespace cullet
 {
 inline namespace CULLET_PRECISION
 {
-/// One of Bullet's worlds whose updateAabbs() uses all cores: `World<btDiscreteDynamicsWorld> world(...)` instead of
+/// One of Bullet's worlds that uses all cores: `World<btDiscreteDynamicsWorld> world(...)` instead of
 /// `btDiscreteDynamicsWorld world(...)`, with the same constructors.
 ///
-/// Boxes, pairs, deactivated bodies, warnings and so the simulation are the same as with Base, bit for bit, with any
-/// number of threads and any broad phase; WorldBoxes lists the shapes that are handled on the calling thread.
+/// The whole simulation is the same as with Base, bit for bit, with any number of threads and any broad phase:
+/// transforms, velocities, impulses, activation states, pairs, deactivated bodies and warnings. What runs on several
+/// threads depends on Base:
+///
+/// - all: updateAabbs(); WorldBoxes lists the shapes that are handled on the calling thread
+/// - btDiscreteDynamicsWorld, btSoftRigidDynamicsWorld: the solver, island by island (WorldIslands says when the calling
+///   thread solves all), and the loops over bodies (WorldBodies); a soft world predicts its bodies as before
+/// - btSimpleDynamicsWorld: nothing else; it has no islands
+/// - btMultiBodyDynamicsWorld and the soft and deformable worlds that derive from it: of the loops over bodies, those
+///   that the class inherits from btDiscreteDynamicsWorld; multibodies and their solver are left to Base
+/// - btDiscreteDynamicsWorldMt: likewise; it has islands of its own
 ///
 /// @tparam Base btCollisionWorld, btDiscreteDynamicsWorld, btSimpleDynamicsWorld, btMultiBodyDynamicsWorld, a soft or
-///              deformable world, or a class of the application that inherits updateAabbs() from one of these
+///              deformable world, or a class of the application that inherits updateAabbs() from one of these. Of the
+///              other functions it keeps its own.
 ///
-/// Threads: as for Base. During updateAabbs() no other thread may change bodies or shapes, which holds for Base too.
-/// Callbacks of the broad phase may add and remove bodies during the call, but must not move existing ones.
+/// Threads: as for Base. During stepSimulation() no other thread may change bodies, shapes or joints, which holds for
+/// Base too. All callbacks, motion states, actions and classes of the application run on the calling thread, in
+/// Bullet's order. Callbacks of the broad phase may add and remove bodies during updateAabbs(), but must not move
+/// existing ones.
 template <class Base>
-class World : public Base
+class World : public world_layers::Stack<Base>::All
 {
+    using Layers = typename world_layers::Stack<Base>::All;
+
 public:
-    using Base::Base;
+    using Layers::Layers;
 
     /// @param threads 0, the default: as many as the machine has
-    void setUpdateThreads(int threads) { m_boxes.setThreads(threads); }
+    void setUpdateThreads(int threads)
+    {
+        this->m_boxes.setThreads(threads);
+        this->m_islands.setThreads(threads);
+        this->m_bodies.setThreads(threads);
+    }
+
+    /// Lets a custom profiler (btSetCustomEnterProfileZoneFunc) be called on any thread; while there is another one, one
+    /// thread solves all islands.
+    void setThreadSafeProfiler(bool isThreadSafe) { this->m_islands.setThreadSafeProfiler(isThreadSafe); }
 
     void updateAabbs() override
     {
-        if (!m_boxes.update(*this, kRule))
+        if (!this->m_boxes.update(*this, kRule))
             Base::updateAabbs();
     }
 
     /// Statistics of the last updateAabbs() with at least 512 objects; with fewer, Base::updateAabbs() runs.
-    const WorldBoxesStats& updateStats() const { return m_boxes.stats(); }
+    const WorldBoxesStats& updateStats() const { return this->m_boxes.stats(); }
+
+    /// Statistics of the last solveConstraints(), if Base inherits it from btDiscreteDynamicsWorld.
+    const WorldIslandsStats& islandStats() const { return this->m_islands.stats(); }
+
+    /// Statistics of the last step, if Base inherits the loops over bodies from btDiscreteDynamicsWorld.
+    const WorldBodiesStats& bodyStats() const { return this->m_bodies.stats(); }
 
 private:
     using Update = decltype(&Base::updateAabbs);
@@ -47,8 +76,6 @@ private:
     static_assert(kIsSimple || std::is_same_v<Update, void (btCollisionWorld::*)()>,
                   "Base has an updateAabbs() of its own, which World would replace");
     static constexpr BoxRule kRule = kIsSimple ? BoxRule::Simple : BoxRule::Collision;
-
-    WorldBoxes m_boxes;
 };
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

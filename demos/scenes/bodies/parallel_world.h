@@ -18,7 +18,7 @@ std::unique_ptr<btConstraintSolver> makeSolver()
     return std::make_unique<Solver>();
 }
 
-/// Makes a world of class Base whose boxes are updated by a number of threads.
+/// Makes a World<Base> of a number of threads, whose zones PhaseClock may measure.
 ///
 /// @tparam Solver the class of the solver, if Base requires one
 template <class Base, class Solver = btConstraintSolver>
@@ -31,6 +31,7 @@ std::unique_ptr<btDiscreteDynamicsWorld> makeParallelWorld(btDispatcher& dispatc
     auto world = std::make_unique<World<Base>>(&dispatcher, &broadphase, static_cast<Solver*>(&solver),
                                                &configuration);
     world->setUpdateThreads(threads);
+    world->setThreadSafeProfiler(true);
     return world;
 }
 }  // namespace CULLET_PRECISION

@@ -120,6 +120,8 @@ Phase PhaseClock::phaseOfZone(const char* zone)
 
 void PhaseClock::onEnter(const char* zone)
 {
+    if (!running->isOnOwnThread())
+        return;
     running->charge();
     running->m_trace.begin(zone, running->m_last);
     running->m_stack.push_back(running->phaseOfZone(zone));
@@ -127,6 +129,8 @@ void PhaseClock::onEnter(const char* zone)
 
 void PhaseClock::onLeave()
 {
+    if (!running->isOnOwnThread())
+        return;
     running->charge();
     running->m_trace.end(running->m_last);
     running->m_stack.pop_back();

@@ -9,6 +9,7 @@
 #include <array>
 #include <chrono>
 #include <string>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -49,8 +50,8 @@ std::vector<StepSample> samplesOf(const std::vector<PhaseTimes>& steps);
 /// Measures single steps through Bullet's profile zones, which call custom functions even where Bullet's own profiler
 /// is compiled out (btSetCustomEnterProfileZoneFunc).
 ///
-/// Time is attributed to the innermost zone with a phase, so the phases add up to the whole step. Zones of other
-/// threads would be mixed in; Bullet as shipped by Debian steps in one thread. One clock may run at a time.
+/// Time is attributed to the innermost zone with a phase, so the phases add up to the whole step. Zones of other threads
+/// than the measured one are left out. One clock may run at a time.
 class PhaseClock
 {
 public:
@@ -70,11 +71,13 @@ private:
     ~PhaseClock();
     PhaseTimes finish();
 
+    bool isOnOwnThread() const { return std::this_thread::get_id() == m_thread; }
     static void onEnter(const char* zone);
     static void onLeave();
     void charge();
     Phase phaseOfZone(const char* zone);
 
+    std::thread::id m_thread = std::this_thread::get_id();
     TraceLane& m_trace;
     btEnterProfileZoneFunc* m_previousEnter;
     btLeaveProfileZoneFunc* m_previousLeave;

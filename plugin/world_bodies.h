@@ -1,0 +1,99 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "cullet/broad/api.h"
+#include "cullet/plugin/core/precision.h"
+
+#include <BulletCollision/CollisionDispatch/btCollisionObject.h>
+#include <LinearMath/btAlignedObjectArray.h>
+#include <LinearMath/btScalar.h>
+
+#include <cstdint>
+#include <memory>
+
+class btRigidBody;
+
+namespace cullet
+{
+inline namespace CULLET_PRECISION
+{
+/// Counters of the last step.
+struct WorldBodiesStats
+{
+    std::uint64_t parallelBodies = 0;  ///< bodies whose transforms were integrated on several threads
+    std::uint64_t sweptBodies = 0;     ///< bodies with a CCD threshold, which Bullet's own functions handle
+};
+
+/// The loops of a btDiscreteDynamicsWorld over its bodies, on several threads where there are enough bodies; a part of
+/// World<Base>.
+///
+/// Damping, prediction, integration and deactivation of a body read and write that body only, so that results are the
+/// same bits for any number of threads. Motion states are called on the calling thread, in Bullet's order.
+class CULLET_API WorldBodies
+{
+public:
+    using Bodies = btAlignedObjectArray<btRigidBody*>;
+
+    /// One of Bullet's functions for an array of bodies.
+    class RangeFunction
+    {
+    public:
+        template <class Function>
+        explicit RangeFunction(const Function& function)
+            : m_function(&function),
+              m_call([](const void* what, btRigidBody** bodies, int count)
+                     { (*static_cast<const Function*>(what))(bodies, count); })
+        {
+        }
+        void operator()(btRigidBody** bodies, int count) const { m_call(m_function, bodies, count); }
+
+    private:
+        const void* m_function;
+        void (*m_call)(const void* function, btRigidBody** bodies, int count);
+    };
+
+    WorldBodies();
+    ~WorldBodies();
+
+    /// @param threads 0: as many as the machine has
+    void setThreads(int threads);
+
+    /// As btDiscreteDynamicsWorld::saveKinematicState(), on the calling thread.
+    void saveKinematicState(btCollisionObjectArray& objects, btScalar timeStep);
+
+    /// As btDiscreteDynamicsWorld::applyGravity().
+    void applyGravity(Bodies& bodies);
+
+    /// As btDiscreteDynamicsWorld::clearForces().
+    void clearForces(Bodies& bodies);
+
+    /// As btDiscreteDynamicsWorld::predictUnconstraintMotion().
+    void predictMotion(Bodies& bodies, btScalar timeStep);
+
+    /// As btDiscreteDynamicsWorld::createPredictiveContactsInternal() for all bodies. Bullet predicts the transform of
+    /// each body and uses it for those with a CCD threshold only; here those alone are predicted.
+    ///
+    /// @param sweep Bullet's function
+    void sweep(Bodies& bodies, const RangeFunction& sweep);
+
+    /// As btDiscreteDynamicsWorld::integrateTransformsInternal() for all bodies.
+    ///
+    /// @param integrate Bullet's function; called once for all bodies if one of them has a CCD threshold, since a sweep
+    ///                  sees the bodies before it integrated and those after it not
+    void integrate(Bodies& bodies, const RangeFunction& integrate);
+
+    /// As btDiscreteDynamicsWorld::updateActivationState().
+    ///
+    /// @return false, with nothing changed: the world's own function must run, since Bullet's library may round otherwise
+    bool updateActivation(Bodies& bodies, btScalar timeStep);
+
+    const WorldBodiesStats& stats() const;
+
+private:
+    struct Parts;
+
+    std::unique_ptr<Parts> m;
+};
+}  // namespace CULLET_PRECISION
+}  // namespace cullet

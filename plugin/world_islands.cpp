@@ -1,0 +1,255 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "cullet/plugin/world_islands.h"
+
+#include "cullet/base/threads/parallel_loops.h"
+#include "cullet/plugin/core/dynamic_type.h"
+#include "cullet/plugin/step/bullet_joints.h"
+#include "cullet/plugin/step/float_mode.h"
+#include "cullet/plugin/step/island_groups.h"
+#include "cullet/plugin/step/island_search.h"
+#include "cullet/plugin/step/island_tasks.h"
+#include "cullet/plugin/step/split_impulse_row.h"
+#include "cullet/plugin/step/worker_solver.h"
+
+#include <BulletCollision/CollisionDispatch/btCollisionWorld.h>
+#include <BulletCollision/CollisionDispatch/btSimulationIslandManager.h>
+#include <LinearMath/btQuickprof.h>
+
+#include <algorithm>
+#include <cmath>
+#include <new>
+#include <vector>
+
+/// Bullet's own, which may be called on any thread; no header declares it.
+void btEnterProfileZoneDefault(const char* name);
+
+namespace cullet
+{
+inline namespace CULLET_PRECISION
+{
+struct WorldIslands::Parts
+{
+    bool solve(const Step& step);
+    void reserve(const Step& step);
+    SerialIslands reasonAgainst(const Step& step) const;
+    void solveOneByOne(const Step& step);
+    void collectGroups();
+    double parallelWork() const;
+    void solveOnThreads(const Step& step);
+    void runTasks(const Step& step);
+    void solveGroup(btConstraintSolver& solver, const Step& step, const IslandGroup& group);
+
+    bool hasThreadSafeProfiler = false;
+    std::unique_ptr<ParallelLoops> workers = std::make_unique<ParallelLoops>(0);
+    std::vector<std::unique_ptr<WorkerSolver>> solvers;  ///< [thread]
+    IslandSearch search;
+    IslandGroups islands;
+    std::vector<IslandGroup> groups;
+    IslandTasks tasks;
+    WorldIslandsStats stats;
+};
+
+namespace
+{
+bool hasForeignJoint(const WorldIslands::Joints& joints)
+{
+    for (int i = 0; i < joints.size(); ++i)
+    {
+        if (!isBulletJoint(*joints[i]))
+            return true;
+    }
+    return false;
+}
+
+bool hasForeignRows(btConstraintSolver& solver, const btContactSolverInfo& info)
+{
+    return !WorkerSolver::hasBulletsRows(static_cast<btSequentialImpulseConstraintSolver&>(solver), info);
+}
+
+bool hasForeignRounding(const btContactSolverInfo& info)
+{
+    return info.m_splitImpulse && !hasBulletsRounding((info.m_solverMode & SOLVER_SIMD) != 0);
+}
+}  // namespace
+
+WorldIslands::WorldIslands() : m(std::make_unique<Parts>()) {}
+
+WorldIslands::~WorldIslands() = default;
+
+void WorldIslands::setThreads(int threads)
+{
+    m->workers = std::make_unique<ParallelLoops>(threads);
+    m->solvers.clear();
+}
+
+void WorldIslands::setThreadSafeProfiler(bool isThreadSafe)
+{
+    m->hasThreadSafeProfiler = isThreadSafe;
+}
+
+const WorldIslandsStats& WorldIslands::stats() const
+{
+    return m->stats;
+}
+
+bool WorldIslands::find(btCollisionWorld& world, btSimulationIslandManager& manager,
+                        const btAlignedObjectArray<btPersistentManifold*>& predictive, const Joints& joints)
+{
+    try
+    {
+        m->search.reserve(static_cast<std::size_t>(world.getNumCollisionObjects()));
+    }
+    catch (const std::bad_alloc&)
+    {
+        return false;
+    }
+    m->search.run({world, manager, predictive, joints});
+    return true;
+}
+
+bool WorldIslands::solve(const Step& step)
+{
+    return m->solve(step);
+}
+
+bool WorldIslands::Parts::solve(const Step& step)
+{
+    stats = {};
+    stats.serial = reasonAgainst(step);
+    if (stats.serial == SerialIslands::NotSplit)
+        return false;
+    try
+    {
+        reserve(step);
+    }
+    catch (const std::bad_alloc&)
+    {
+        stats.serial = SerialIslands::NoMemory;
+        return false;
+    }
+    BT_PROFILE("solveConstraints");
+    step.sortedJoints.resize(step.joints.size());
+    for (int i = 0; i < step.joints.size(); ++i)
+        step.sortedJoints[i] = step.joints[i];
+    step.solver.prepareSolve(step.world.getNumCollisionObjects(),
+                             step.world.getDispatcher()->getNumManifolds());
+    islands.build(step.world, step.manager, step.sortedJoints, step.info.m_minimumSolverBatchSize);
+    if (stats.serial == SerialIslands::No)
+        solveOnThreads(step);
+    else
+        solveOneByOne(step);
+    step.solver.allSolved(step.info, step.debugDrawer);
+    return true;
+}
+
+/// Allocates all that the step needs. Throws std::bad_alloc.
+void WorldIslands::Parts::reserve(const Step& step)
+{
+    islands.reserve(step.world, step.manager, static_cast<std::size_t>(step.joints.size()));
+    if (stats.serial != SerialIslands::No)
+        return;
+    const auto mostGroups = static_cast<std::size_t>(step.manager.getUnionFind().getNumElements()) + 1;
+    groups.clear();
+    groups.reserve(mostGroups);
+    tasks.reserve(mostGroups, islands.mostSharedThings());
+    if (solvers.size() == workers->threads())
+        return;
+    // Its first region allocates too.
+    workers->runRegion([] {});
+    while (solvers.size() < workers->threads())
+        solvers.push_back(std::make_unique<WorkerSolver>());
+}
+
+SerialIslands WorldIslands::Parts::reasonAgainst(const Step& step) const
+{
+    if (!step.manager.getSplitIslands())
+        return SerialIslands::NotSplit;
+    if (workers->threads() == 1)
+        return SerialIslands::FewThreads;
+    if (!isExactly<btSequentialImpulseConstraintSolver>(step.solver))
+        return SerialIslands::ForeignSolver;
+    if ((step.info.m_solverMode & SOLVER_RANDMIZE_ORDER) != 0)
+        return SerialIslands::RandomOrder;
+    if (hasForeignRows(step.solver, step.info))
+        return SerialIslands::ForeignRows;
+    if (hasForeignRounding(step.info))
+        return SerialIslands::ForeignRounding;
+    if (!hasThreadSafeProfiler && btGetCurrentEnterProfileZoneFunc() != btEnterProfileZoneDefault)
+        return SerialIslands::Profiler;
+    return hasForeignJoint(step.joints) ? SerialIslands::ForeignJoint : SerialIslands::No;
+}
+
+/// Finds and solves one group after the other, since code of the application may run in between.
+void WorldIslands::Parts::solveOneByOne(const Step& step)
+{
+    BT_PROFILE("processIslands");
+    for (IslandGroup group; islands.next(group); ++stats.groups)
+        solveGroup(step.solver, step, group);
+}
+
+void WorldIslands::Parts::solveGroup(btConstraintSolver& solver, const Step& step, const IslandGroup& group)
+{
+    solver.solveGroup(islands.bodies(group), group.bodies.size(), islands.manifolds(group),
+                      group.manifolds.size(), islands.joints(group), group.joints.size(), step.info,
+                      step.debugDrawer, step.world.getDispatcher());
+}
+
+void WorldIslands::Parts::solveOnThreads(const Step& step)
+{
+    BT_PROFILE("processIslands");
+    for (IslandGroup group; islands.next(group);)
+        groups.push_back(group);
+    stats.groups = static_cast<std::uint32_t>(groups.size());
+    tasks.build(islands, groups, step.info.m_numIterations);
+    stats.sharingGroups = tasks.sharingGroups();
+    if (parallelWork() < 2 * ParallelLoops::workPerThread)
+    {
+        stats.serial = SerialIslands::LittleWork;
+        for (const IslandGroup& group : groups)
+            solveGroup(step.solver, step, group);
+        return;
+    }
+    stats.tasks = tasks.tasks();
+    try
+    {
+        runTasks(step);
+    }
+    catch (...)
+    {
+        // Their pools hold the rows of groups that were not finished.
+        solvers.clear();
+        throw;
+    }
+}
+
+/// The work for which threads pay: no more of them than make the longest task the last one.
+double WorldIslands::Parts::parallelWork() const
+{
+    const double beside = tasks.work() - tasks.longestWork();
+    const double mostThreads = std::ceil(tasks.work() / std::max(tasks.longestWork(), 1.0));
+    return std::min({tasks.work(), 2 * beside, mostThreads * ParallelLoops::workPerThread});
+}
+
+void WorldIslands::Parts::runTasks(const Step& step)
+{
+    auto& solver = static_cast<btSequentialImpulseConstraintSolver&>(step.solver);
+    for (const auto& worker : solvers)
+        worker->forgetGroups();
+    const FloatMode mode;
+    const auto runTask = [&](unsigned task, unsigned thread)
+    {
+        const FloatMode::Scope asCaller(mode);
+        WorkerSolver& worker = *solvers[thread];
+        tasks.forEachGroup(task,
+                           [&](std::uint32_t group)
+                           {
+                               solveGroup(worker, step, groups[group]);
+                               worker.noteGroup(group);
+                           });
+    };
+    workers->runRegion(parallelWork(), [&] { workers->run(tasks.tasks(), runTask); });
+    WorkerSolver::report(solvers, solver);
+}
+}  // namespace CULLET_PRECISION
+}  // namespace cullet

@@ -1,0 +1,236 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "cullet/plugin/world_bodies.h"
+#include "cullet/plugin/world_boxes.h"
+#include "cullet/plugin/world_islands.h"
+
+#include <BulletDynamics/Dynamics/btDiscreteDynamicsWorld.h>
+#include <LinearMath/btQuickprof.h>
+
+#include <type_traits>
+
+namespace cullet
+{
+inline namespace CULLET_PRECISION
+{
+/// The parts of World<Base>, which derives from Base by one layer per function that it takes over. A layer exists only if
+/// Base inherits the function from btDiscreteDynamicsWorld: a class of the application keeps its own ones, private
+/// ones too.
+namespace world_layers
+{
+/// Asks from whom Base has its functions; never made.
+template <class Base>
+class Origins : public Base
+{
+    using Step = void (btDiscreteDynamicsWorld::*)(btScalar);
+    using Solve = void (btDiscreteDynamicsWorld::*)(btContactSolverInfo&);
+    using All = void (btDiscreteDynamicsWorld::*)();
+
+    // Not found if Base lacks the function, overloads it or hides it from derived classes.
+    template <class B>
+    static auto solve(int) -> decltype(&B::solveConstraints);
+    template <class B>
+    static auto islands(int) -> decltype(&B::calculateSimulationIslands);
+    template <class B>
+    static auto gravity(int) -> decltype(&B::applyGravity);
+    template <class B>
+    static auto forces(int) -> decltype(&B::clearForces);
+    template <class B>
+    static auto kinematic(int) -> decltype(&B::saveKinematicState);
+    template <class B>
+    static auto predict(int) -> decltype(&B::predictUnconstraintMotion);
+    template <class B>
+    static auto sweep(int) -> decltype(&B::createPredictiveContacts);
+    template <class B>
+    static auto integrate(int) -> decltype(&B::integrateTransforms);
+    template <class B>
+    static auto activate(int) -> decltype(&B::updateActivationState);
+    template <class B>
+    static void solve(...);
+    template <class B>
+    static void islands(...);
+    template <class B>
+    static void gravity(...);
+    template <class B>
+    static void forces(...);
+    template <class B>
+    static void kinematic(...);
+    template <class B>
+    static void predict(...);
+    template <class B>
+    static void sweep(...);
+    template <class B>
+    static void integrate(...);
+    template <class B>
+    static void activate(...);
+
+public:
+    static constexpr bool solves() { return std::is_same_v<decltype(solve<Origins>(0)), Solve>; }
+    static constexpr bool findsIslands() { return std::is_same_v<decltype(islands<Origins>(0)), All>; }
+    static constexpr bool appliesGravity() { return std::is_same_v<decltype(gravity<Origins>(0)), All>; }
+    static constexpr bool clearsForces() { return std::is_same_v<decltype(forces<Origins>(0)), All>; }
+    static constexpr bool savesKinematic() { return std::is_same_v<decltype(kinematic<Origins>(0)), Step>; }
+    static constexpr bool predicts() { return std::is_same_v<decltype(predict<Origins>(0)), Step>; }
+    static constexpr bool sweeps() { return std::is_same_v<decltype(sweep<Origins>(0)), Step>; }
+    static constexpr bool integrates() { return std::is_same_v<decltype(integrate<Origins>(0)), Step>; }
+    static constexpr bool activates() { return std::is_same_v<decltype(activate<Origins>(0)), Step>; }
+};
+
+/// Base and the objects that the layers use.
+template <class Base>
+class Parts : public Base
+{
+public:
+    using Base::Base;
+
+protected:
+    WorldBoxes m_boxes;
+    WorldIslands m_islands;
+    WorldBodies m_bodies;
+};
+
+template <class Next>
+class Solving : public Next
+{
+public:
+    using Next::Next;
+    void solveConstraints(btContactSolverInfo& info) override
+    {
+        if (!this->m_islands.solve({*this, *this->m_islandManager, *this->m_constraintSolver, info,
+                                    this->getDebugDrawer(), this->m_constraints, this->m_sortedConstraints}))
+            Next::solveConstraints(info);
+    }
+};
+
+template <class Next>
+class FindingIslands : public Next
+{
+public:
+    using Next::Next;
+
+protected:
+    void calculateSimulationIslands() override
+    {
+        if (!this->m_islands.find(*this, *this->m_islandManager, this->m_predictiveManifolds,
+                                  this->m_constraints))
+            Next::calculateSimulationIslands();
+    }
+};
+
+template <class Next>
+class ApplyingGravity : public Next
+{
+public:
+    using Next::Next;
+    void applyGravity() override { this->m_bodies.applyGravity(this->m_nonStaticRigidBodies); }
+};
+
+template <class Next>
+class ClearingForces : public Next
+{
+public:
+    using Next::Next;
+    void clearForces() override { this->m_bodies.clearForces(this->m_nonStaticRigidBodies); }
+};
+
+template <class Next>
+class SavingKinematic : public Next
+{
+public:
+    using Next::Next;
+
+protected:
+    void saveKinematicState(btScalar timeStep) override
+    {
+        this->m_bodies.saveKinematicState(this->m_collisionObjects, timeStep);
+    }
+};
+
+template <class Next>
+class Predicting : public Next
+{
+public:
+    using Next::Next;
+
+protected:
+    void predictUnconstraintMotion(btScalar timeStep) override
+    {
+        this->m_bodies.predictMotion(this->m_nonStaticRigidBodies, timeStep);
+    }
+};
+
+template <class Next>
+class Sweeping : public Next
+{
+public:
+    using Next::Next;
+
+protected:
+    void createPredictiveContacts(btScalar timeStep) override
+    {
+        BT_PROFILE("createPredictiveContacts");
+        this->releasePredictiveContacts();
+        const auto sweep = [&](btRigidBody** bodies, int count)
+        { this->createPredictiveContactsInternal(bodies, count, timeStep); };
+        this->m_bodies.sweep(this->m_nonStaticRigidBodies, WorldBodies::RangeFunction(sweep));
+    }
+};
+
+template <class Next>
+class Integrating : public Next
+{
+public:
+    using Next::Next;
+
+protected:
+    void integrateTransforms(btScalar timeStep) override
+    {
+        if (this->m_applySpeculativeContactRestitution)
+        {
+            // Bullet's function applies it after the loop.
+            Next::integrateTransforms(timeStep);
+            return;
+        }
+        const auto integrate = [&](btRigidBody** bodies, int count)
+        { this->integrateTransformsInternal(bodies, count, timeStep); };
+        this->m_bodies.integrate(this->m_nonStaticRigidBodies, WorldBodies::RangeFunction(integrate));
+    }
+};
+
+template <class Next>
+class Activating : public Next
+{
+public:
+    using Next::Next;
+
+protected:
+    void updateActivationState(btScalar timeStep) override
+    {
+        if (!this->m_bodies.updateActivation(this->m_nonStaticRigidBodies, timeStep))
+            Next::updateActivationState(timeStep);
+    }
+};
+
+/// A layer over another one, or only the other one.
+template <template <class> class Layer, class Next, bool kTakesOver>
+using If = std::conditional_t<kTakesOver, Layer<Next>, Next>;
+
+template <class Base>
+struct Stack
+{
+    using Asked = Origins<Base>;
+    using Solves = If<Solving, Parts<Base>, Asked::solves()>;
+    using FindsIslands = If<FindingIslands, Solves, Asked::findsIslands()>;
+    using AppliesGravity = If<ApplyingGravity, FindsIslands, Asked::appliesGravity()>;
+    using ClearsForces = If<ClearingForces, AppliesGravity, Asked::clearsForces()>;
+    using SavesKinematic = If<SavingKinematic, ClearsForces, Asked::savesKinematic()>;
+    using Predicts = If<Predicting, SavesKinematic, Asked::predicts()>;
+    using Sweeps = If<Sweeping, Predicts, Asked::sweeps()>;
+    using Integrates = If<Integrating, Sweeps, Asked::integrates()>;
+    using All = If<Activating, Integrates, Asked::activates()>;
+};
+}  // namespace world_layers
+}  // namespace CULLET_PRECISION
+}  // namespace cullet
