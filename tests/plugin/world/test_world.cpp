@@ -9,6 +9,7 @@
 #include <BulletCollision/BroadphaseCollision/btAxisSweep3.h>
 #include <BulletCollision/BroadphaseCollision/btDbvtBroadphase.h>
 #include <BulletCollision/CollisionDispatch/btGhostObject.h>
+#include <BulletDynamics/Dynamics/btDiscreteDynamicsWorldMt.h>
 #include <BulletDynamics/Featherstone/btMultiBodyConstraintSolver.h>
 #include <BulletDynamics/Featherstone/btMultiBodyDynamicsWorld.h>
 #include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
@@ -207,6 +208,26 @@ TEST(ParallelWorlds, FollowForceUpdateAndContinuousSettings)
     const auto serial = history<Discrete::Serial>(std::make_unique<Broadphase>(), 0, leaveSleepersAlone);
     EXPECT_NE(serial, usual);
     EXPECT_EQ(history<Discrete::Parallel>(std::make_unique<Broadphase>(), 3, leaveSleepersAlone), serial);
+}
+
+/// Whether World takes over the solver, prediction, CCD, integration and deactivation of a class.
+template <class Base>
+std::vector<bool> layersOf()
+{
+    using Asked = world_layers::Origins<Base>;
+    return {Asked::solves(), Asked::predicts(), Asked::sweeps(), Asked::integrates(), Asked::activates()};
+}
+
+TEST(ParallelWorlds, TakeOverWhatTheirClassInherits)
+{
+    EXPECT_EQ(layersOf<btCollisionWorld>(), std::vector<bool>({false, false, false, false, false}));
+    EXPECT_EQ(layersOf<btSimpleDynamicsWorld>(), std::vector<bool>({false, false, false, false, false}));
+    EXPECT_EQ(layersOf<btDiscreteDynamicsWorld>(), std::vector<bool>({true, true, true, true, true}));
+    EXPECT_EQ(layersOf<btSoftRigidDynamicsWorld>(), std::vector<bool>({true, false, true, true, true}));
+    EXPECT_EQ(layersOf<btMultiBodyDynamicsWorld>(), std::vector<bool>({false, false, true, false, false}));
+    EXPECT_EQ(layersOf<btSoftMultiBodyDynamicsWorld>(),
+              std::vector<bool>({false, false, true, false, false}));
+    EXPECT_EQ(layersOf<btDiscreteDynamicsWorldMt>(), std::vector<bool>({false, false, false, false, true}));
 }
 
 TEST(ParallelWorlds, SetBoxesInBulletsOrderForAnyBroadphase)

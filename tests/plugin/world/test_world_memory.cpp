@@ -1,0 +1,96 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+
+// Steps of World<btDiscreteDynamicsWorld> in which one allocation fails, for each allocation: Bullet's own function runs
+// instead, with the same bits.
+#include "cullet/tests/plugin/world/step_stage.h"
+#include "cullet/tests/support/process/failing_new.h"
+
+#include <gtest/gtest.h>
+
+namespace cullet::test
+{
+namespace
+{
+/// A world in which allocation number `after` of the functions that World takes over fails.
+class FaultyWorld : public World<btDiscreteDynamicsWorld>
+{
+public:
+    using World<btDiscreteDynamicsWorld>::World;
+    void solveConstraints(btContactSolverInfo& info) override
+    {
+        fail([&] { World::solveConstraints(info); });
+    }
+
+    std::uint64_t after = 0;
+    bool hasFailed = false;
+
+protected:
+    void calculateSimulationIslands() override
+    {
+        fail([&] { World::calculateSimulationIslands(); });
+    }
+    void predictUnconstraintMotion(btScalar timeStep) override
+    {
+        fail([&] { World::predictUnconstraintMotion(timeStep); });
+    }
+    void integrateTransforms(btScalar timeStep) override
+    {
+        fail([&] { World::integrateTransforms(timeStep); });
+    }
+
+private:
+    template <class Function>
+    void fail(const Function& function)
+    {
+        if (hasFailed)
+        {
+            function();
+            return;
+        }
+        const std::uint64_t before = newCount();
+        const OneNewFails failing(after);
+        function();
+        hasFailed = failing.hasHappened();
+        after -= hasFailed ? 0 : newCount() - before;
+    }
+};
+
+constexpr int kSteps = 4;
+
+/// Hashes of the steps of a scene with islands, joints and a shared body.
+template <class StageT>
+std::vector<std::uint64_t> hashesOf(StageT& stage)
+{
+    const NamedScene odd = jointScenes()[1];
+    const auto scene = odd.make(stage.world);
+    std::vector<std::uint64_t> hashes;
+    for (int step = 0; step < kSteps; ++step)
+    {
+        scene->step(step);
+        hashes.push_back(scene->hash());
+    }
+    return hashes;
+}
+
+TEST(WorldMemory, StepsAsBulletWhenAnyAllocationFails)
+{
+    Stage<btDiscreteDynamicsWorld> bullet;
+    const auto expected = hashesOf(bullet);
+    std::uint64_t failed = 0, parallel = 0;
+    for (bool hasFailed = true; hasFailed; ++failed)
+    {
+        Stage<FaultyWorld> own;
+        own.world.setUpdateThreads(3);
+        own.world.after = failed;
+        EXPECT_EQ(hashesOf(own), expected) << "without allocation " << failed;
+        const SerialIslands reason = own.world.islandStats().serial;
+        EXPECT_TRUE(reason == SerialIslands::No || reason == SerialIslands::NoMemory) << int(reason);
+        parallel += reason == SerialIslands::No;
+        hasFailed = own.world.hasFailed;
+    }
+    EXPECT_GT(failed, 15u);
+    EXPECT_GT(parallel, failed / 2) << "the next steps have memory again";
+}
+}  // namespace
+}  // namespace cullet::test
