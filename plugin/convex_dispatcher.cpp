@@ -8,7 +8,6 @@
 #include "cullet/plugin/convex/contact_jobs.h"
 #include "cullet/plugin/convex/isa_gjk_algorithm.h"
 #include "cullet/plugin/core/dynamic_type.h"
-#include "cullet/plugin/core/floating_point_scope.h"
 #include "cullet/plugin/core/prefetch.h"
 #include "cullet/plugin/near_pass.h"
 
@@ -252,11 +251,9 @@ template <class Body>
 void Dispatcher::parallelFor(std::size_t count, const Body& body)
 {
     const auto tasks = static_cast<unsigned>(std::max<std::size_t>(1, count / kGrain));
-    const FloatingPointMode mode;
     m_workers->run(tasks,
-                   [&](unsigned task, unsigned thread)
+                   [&](unsigned task)
                    {
-                       const FloatingPointMode::Scope sameMode(mode, thread != 0);
                        const TaskRange range(count, task, tasks);
                        body(range.begin, range.end);
                    });

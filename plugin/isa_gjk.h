@@ -102,6 +102,9 @@ public:
     /// Creates the algorithms of a step's pairs; registerWith() stores it in the dispatcher's table.
     const btCollisionAlgorithmCreateFunc* contactPoints() const { return &m_contactPoints; }
 
+    /// Creates the algorithms of two boxes with BoxPairs::SeparatingAxes.
+    const btCollisionAlgorithmCreateFunc* boxes() const { return &m_boxes; }
+
     /// The motions of the bodies whose pairs a Dispatcher tracks.
     BodyMotions& motions() { return *m_motions; }
 
@@ -149,7 +152,8 @@ private:
 ///
 /// Fills both tables of the dispatcher, for both orders of every pair of convex types, except pairs for which Bullet
 /// has a closed form: sphere-sphere, sphere-triangle, capsule-capsule, capsule-sphere, and the two-dimensional types.
-/// Two boxes have an algorithm of their own (IsaGjkOptions::boxPairs) in the table of contact points. Children of compounds and triangles of meshes are handled like any other pair.
+/// Two boxes have an algorithm of their own (IsaGjkOptions::boxPairs) in the table of contact points. Children of
+/// compounds and triangles of meshes are handled like any other pair.
 ///
 /// For pairs of polytopes (hull, box, triangle, capsule, sphere) each query makes a patch of up to four contact points.
 /// With any other shape, ISA-GJK only decides whether a pair is too far apart for contacts, and Bullet's own algorithm

@@ -3,7 +3,6 @@
 #include "cullet/plugin/world_bodies.h"
 
 #include "cullet/base/threads/parallel_loops.h"
-#include "cullet/plugin/step/float_mode.h"
 #include "cullet/plugin/step/prefetch_step.h"
 #include "cullet/plugin/step/split_impulse_row.h"
 
@@ -76,10 +75,8 @@ struct WorldBodies::Parts
         if (count == 0)
             return;
         btRigidBody** const first = &bodies[0];
-        const FloatMode mode;
         const auto runTask = [&](unsigned task)
         {
-            const FloatMode::Scope asCaller(mode);
             constexpr std::size_t kAhead{kPrefetchDistance};
             const std::size_t end = std::min(count, (task + 1) * kGrain);
             for (std::size_t i = task * kGrain; i < end; ++i)

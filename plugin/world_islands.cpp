@@ -5,7 +5,6 @@
 #include "cullet/base/threads/parallel_loops.h"
 #include "cullet/plugin/core/dynamic_type.h"
 #include "cullet/plugin/step/bullet_joints.h"
-#include "cullet/plugin/step/float_mode.h"
 #include "cullet/plugin/step/island_groups.h"
 #include "cullet/plugin/step/island_search.h"
 #include "cullet/plugin/step/island_tasks.h"
@@ -236,10 +235,8 @@ void WorldIslands::Parts::runTasks(const Step& step)
     auto& solver = static_cast<btSequentialImpulseConstraintSolver&>(step.solver);
     for (const auto& worker : solvers)
         worker->forgetGroups();
-    const FloatMode mode;
     const auto runTask = [&](unsigned task, unsigned thread)
     {
-        const FloatMode::Scope asCaller(mode);
         WorkerSolver& worker = *solvers[thread];
         tasks.forEachGroup(task,
                            [&](std::uint32_t group)

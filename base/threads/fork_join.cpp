@@ -49,6 +49,7 @@ void ForkJoin::begin(unsigned tasks, const void* body, Call call)
     m_body = body;
     m_call = call;
     m_tasks = tasks;
+    m_floatMode = FloatMode();
     m_isRunning = true;
     m_done.store(0, std::memory_order_relaxed);
     const std::uint64_t loop = m_loopAndTasks.load(std::memory_order_relaxed) / kLoopUnit + 1;
@@ -68,6 +69,7 @@ bool ForkJoin::takeTask(unsigned thread)
     // Until this task is counted as done, the loop is the one of `left`.
     try
     {
+        const FloatMode::Scope asCaller(m_floatMode);
         m_call(m_body, m_tasks - static_cast<unsigned>(left % kLoopUnit), thread);
     }
     catch (...)

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include "cullet/base/threads/float_mode.h"
+
 #include <atomic>
 #include <cstdint>
 #include <exception>
@@ -24,8 +26,8 @@ public:
             m_isJoined[thread].store(false, std::memory_order_relaxed);
     }
 
-    /// Calls body(task, thread) for task in [0, tasks), each once, in the calling thread and in threads in help().
-    /// Loops do not nest.
+    /// Calls body(task, thread) for task in [0, tasks), each once, in the calling thread and in threads in help(), which
+    /// compute in the floating-point mode of the calling thread, so that they get the same bits. Loops do not nest.
     ///
     /// @param wakeHelpers called once tasks can be taken
     template <class Body, class WakeHelpers>
@@ -82,6 +84,7 @@ private:
     const void* m_body = nullptr;
     Call m_call = nullptr;
     unsigned m_tasks = 0;
+    FloatMode m_floatMode;
     bool m_isRunning = false;
 
     unsigned m_threads;

@@ -4,7 +4,6 @@
 
 #include "cullet/base/threads/parallel_loops.h"
 #include "cullet/plugin/convex/child_memory.h"
-#include "cullet/plugin/core/floating_point_scope.h"
 
 #include <algorithm>
 #include <atomic>
@@ -101,13 +100,11 @@ void ContactJobs::runOnAllThreads(const btDispatcherInfo& info)
     if (tasks == 1)
         return run(info, 0, count);
     m_stats.dividedTotal += count;
-    const FloatingPointMode mode;
     std::atomic<std::uint64_t> helped{0};
     m_loops.run(tasks,
                 [&](unsigned task, unsigned thread)
                 {
                     const TaskRange range(count, task, tasks);
-                    const FloatingPointMode::Scope sameMode(mode, thread != 0);
                     std::optional<ChildMemory> memory;
                     if (thread != 0)
                     {

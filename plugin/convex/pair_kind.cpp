@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #include "cullet/plugin/convex/pair_kind.h"
 
+#include "cullet/plugin/convex/box_box_algorithm.h"
 #include "cullet/plugin/convex/isa_gjk_algorithm.h"
 #include "cullet/plugin/core/dynamic_type.h"
 
@@ -81,7 +82,7 @@ PairKinds::Algorithm PairKinds::classOf(const btCollisionAlgorithm& algorithm)
 {
     if (isExactly<IsaGjkAlgorithm>(algorithm))
         return Algorithm::IsaGjk;
-    if (isExactly<btBoxBoxCollisionAlgorithm>(algorithm))
+    if (isOneOf<BoxBoxAlgorithm, btBoxBoxCollisionAlgorithm>(algorithm))
         return Algorithm::Boxes;
     if (isOneOf<btSphereSphereCollisionAlgorithm, btSphereBoxCollisionAlgorithm>(algorithm))
         return Algorithm::Spheres;
@@ -205,7 +206,7 @@ bool PairKinds::knowsAllChildren() const
 
 bool PairKinds::isKnown(const btCollisionAlgorithmCreateFunc* create) const
 {
-    return create == m_isaGjk.contactPoints() ||
+    return create == m_isaGjk.contactPoints() || create == m_isaGjk.boxes() ||
            isOneOf<btConvexConvexAlgorithm::CreateFunc, btConvexConcaveCollisionAlgorithm::CreateFunc,
                    btConvexConcaveCollisionAlgorithm::SwappedCreateFunc,
                    btCompoundCollisionAlgorithm::CreateFunc, btCompoundCollisionAlgorithm::SwappedCreateFunc,

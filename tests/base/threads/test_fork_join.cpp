@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <cfenv>
 #include <chrono>
 #include <new>
 #include <thread>
@@ -56,6 +57,45 @@ void meet(ForkJoin& crew)
                  while (there.load() < 2)
                      std::this_thread::yield();
              });
+}
+
+TEST(ForkJoin, ComputesInRoundingModeOfCallingThread)
+{
+    ForkJoin crew(2);
+    crew.open();
+    Helper helper(crew);
+    meet(crew);
+    for (const int mode : {FE_UPWARD, FE_DOWNWARD, FE_TONEAREST})
+    {
+        ASSERT_EQ(std::fesetround(mode), 0);
+        std::atomic<int> there{0}, asCaller{0};
+        crew.run(2,
+                 [&](unsigned, unsigned)
+                 {
+                     asCaller += std::fegetround() == mode ? 1 : 0;
+                     for (++there; there.load() < 2;)
+                         std::this_thread::yield();
+                 });
+        EXPECT_EQ(asCaller, 2) << mode;
+        EXPECT_EQ(std::fegetround(), mode);
+    }
+    crew.close();
+}
+
+TEST(ForkJoin, KeepsFloatingPointFlagsThatTasksOfCallingThreadRaise)
+{
+    ForkJoin crew(1);
+    crew.open();
+    std::feclearexcept(FE_ALL_EXCEPT);
+    crew.run(2,
+             [](unsigned task, unsigned)
+             {
+                 if (task == 0)
+                     std::feraiseexcept(FE_OVERFLOW);
+             });
+    crew.close();
+    EXPECT_NE(std::fetestexcept(FE_OVERFLOW), 0);
+    std::feclearexcept(FE_ALL_EXCEPT);
 }
 
 TEST(ForkJoin, RunsEachTaskOfEachLoopOnce)

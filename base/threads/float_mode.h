@@ -2,8 +2,6 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "cullet/plugin/core/precision.h"
-
 #if defined(__SSE2__)
 #include <xmmintrin.h>
 #else
@@ -12,10 +10,7 @@
 
 namespace cullet
 {
-inline namespace CULLET_PRECISION
-{
-/// How the calling thread rounds, and whether it flushes tiny numbers to zero. Threads of a pool do neither as the
-/// application set it for its own thread.
+/// How the thread that creates it rounds, whether it flushes tiny numbers to zero, and what it traps.
 class FloatMode
 {
 #if defined(__SSE2__)
@@ -24,14 +19,15 @@ class FloatMode
     {
         mode = _mm_getcsr();
     }
+    /// What the thread has raised stays raised.
     static void write(const Mode& mode)
     {
-        _mm_setcsr(mode);
+        constexpr unsigned kRaised = _MM_EXCEPT_MASK;
+        _mm_setcsr((mode & ~kRaised) | (_mm_getcsr() & kRaised));
     }
-    static void writeKeepingExceptions(const Mode& mode)
+    static void restore(const Mode& mode)
     {
-        constexpr unsigned kExceptions = _MM_EXCEPT_MASK;
-        _mm_setcsr((mode & ~kExceptions) | (_mm_getcsr() & kExceptions));
+        write(mode);
     }
 #else
     using Mode = std::fenv_t;
@@ -43,7 +39,7 @@ class FloatMode
     {
         std::fesetenv(&mode);
     }
-    static void writeKeepingExceptions(const Mode& mode)
+    static void restore(const Mode& mode)
     {
         std::feupdateenv(&mode);
     }
@@ -55,7 +51,7 @@ public:
         read(m_mode);
     }
 
-    /// Gives the calling thread another thread's mode while it lives.
+    /// Gives the calling thread another thread's mode while it lives. What the thread raises meanwhile stays raised.
     class Scope
     {
     public:
@@ -64,7 +60,7 @@ public:
             read(m_before);
             write(mode.m_mode);
         }
-        ~Scope() { writeKeepingExceptions(m_before); }
+        ~Scope() { restore(m_before); }
         Scope(const Scope&) = delete;
         Scope& operator=(const Scope&) = delete;
 
@@ -75,5 +71,4 @@ public:
 private:
     Mode m_mode{};
 };
-}  // namespace CULLET_PRECISION
 }  // namespace cullet
