@@ -69,7 +69,7 @@ struct Ground
     std::vector<Shape> all;
 };
 
-const IsaGjkOptions kBoxesToo{true, true};
+const IsaGjkOptions kBoxesToo{BoxPairs::IsaGjk, true};
 }  // namespace
 
 TEST(ThinBoxes, TouchWithTheirFaces)

@@ -13,7 +13,7 @@ namespace cullet::test
 {
 namespace
 {
-constexpr int kSteps = 40;
+constexpr int kSerialSteps = 40;
 
 /// What an application does to a world before its first step.
 using Prepare = std::function<void(CrowdWorld&)>;
@@ -83,13 +83,13 @@ void expectSerial(SerialReason reason, const Prepare& prepare, Crowd crowd = Cro
     {
         const auto world = makeCrowd<Made, Configuration>(crowd, 5, onThreadCount(threads));
         prepare(*world);
-        hashes[threads / 2] = world->run(kSteps);
+        hashes[threads / 2] = world->run(kSerialSteps);
         if (threads == 1)
             continue;
         EXPECT_EQ(world->stats().reason, reason);
-        EXPECT_EQ(world->stats().dispatchesTotal[std::size_t(reason)], std::uint64_t(kSteps));
+        EXPECT_EQ(world->stats().dispatchesTotal[std::size_t(reason)], std::uint64_t(kSerialSteps));
         EXPECT_EQ(world->stats().jobsTotal, 0u);
-        EXPECT_GT(world->points, kSteps * 20);
+        EXPECT_GT(world->points, kSerialSteps * 20);
     }
     EXPECT_TRUE(hashes[0] == hashes[1]);
 }
@@ -204,7 +204,7 @@ TEST(SerialReasons, AreNoneForCallbacksThatAreThreadSafe)
         options.callbacksAreThreadSafe = isSafe;
         const auto world = makeCrowd(Crowd::Hulls, 6, options);
         GlobalCallbacks::calls = 0;
-        hashes[isSafe] = world->run(kSteps);
+        hashes[isSafe] = world->run(kSerialSteps);
         calls[isSafe] = GlobalCallbacks::calls;
         EXPECT_EQ(world->stats().reason, isSafe ? SerialReason::None : SerialReason::ContactCallback);
         EXPECT_EQ(world->stats().dividedTotal > 1000, isSafe);
