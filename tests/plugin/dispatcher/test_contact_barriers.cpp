@@ -12,7 +12,7 @@ namespace cullet::test
 {
 namespace
 {
-constexpr int kSteps = 60;
+constexpr int kBarrierSteps = 60;
 
 /// What an algorithm of the application does before it computes contacts.
 using Act = std::function<void(const btCollisionObjectWrapper*, const btCollisionObjectWrapper*)>;
@@ -91,7 +91,7 @@ private:
 std::vector<std::uint64_t> hashesWithFaults(CrowdWorld& world, int& faults)
 {
     std::vector<std::uint64_t> hashes;
-    for (int i = 0; i < kSteps; ++i)
+    for (int i = 0; i < kBarrierSteps; ++i)
     {
         try
         {
@@ -118,7 +118,7 @@ TEST(ContactBarriers, LetUnknownAlgorithmSeeContactsOfEarlierPairsOnly)
         OwnBoxesWorld own(threads);
         std::vector<std::uint64_t>& list = seen[threads / 4];
         OwnBoxes::act = [&](auto*, auto*) { list.push_back(own.hashOfManifolds()); };
-        own.world->run(kSteps);
+        own.world->run(kBarrierSteps);
         if (threads == 1)
             continue;
         // In the first step there is no job to wait for.
@@ -138,7 +138,7 @@ TEST(ContactBarriers, StandBeforeCompoundsWhoseChildrenMayHaveUnknownAlgorithms)
         OwnBoxesWorld own(threads, Crowd::Compounds);
         std::vector<std::uint64_t>& list = seen[threads / 4];
         OwnBoxes::act = [&](auto*, auto*) { list.push_back(own.hashOfManifolds()); };
-        own.world->run(kSteps / 3);
+        own.world->run(kBarrierSteps / 3);
         EXPECT_GT(list.size(), 200u);
         EXPECT_EQ(own.world->stats().barriersTotal > list.size(), threads > 1);
     }
@@ -166,7 +166,7 @@ TEST(ContactBarriers, LetUnknownAlgorithmRemoveBodies)
             world.world.removeRigidBody(body);
             ++count;
         };
-        hashes[threads / 4] = world.run(kSteps);
+        hashes[threads / 4] = world.run(kBarrierSteps);
         OwnBoxes::act = [](auto*, auto*) {};
     }
     EXPECT_GT(removed[0], 15);
