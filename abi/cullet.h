@@ -164,7 +164,7 @@ typedef struct cullet_isa_gjk cullet_isa_gjk;
 
 typedef struct cullet_isa_gjk_options
 {
-    uint32_t size;   /**< sizeof(cullet_isa_gjk_options) */
+    uint32_t size; /**< sizeof(cullet_isa_gjk_options) */
     /** Box against box. 0: separating axes and patches; 1: ISA-GJK; 2: Bullet's own algorithm */
     int32_t box_box;
     /** 1: points of hull shapes never change and shapes are never deleted; 0: compare the points in queries */

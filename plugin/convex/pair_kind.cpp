@@ -162,7 +162,7 @@ PairKind PairKinds::roundOrOther(btCollisionAlgorithm& algorithm, const btCollis
 {
     if (!isRound(typeOf(a)) || !isRound(typeOf(b)) || !areConvex(a, b))
         return PairKind::InOrder;
-    m_manifolds.resize(0);
+    m_manifolds.resizeNoInitialize(0);
     algorithm.getAllContactManifolds(m_manifolds);
     return m_manifolds.size() == 1 ? PairKind::Round : PairKind::InOrder;
 }
