@@ -99,6 +99,8 @@ Dispatcher::Dispatcher(btCollisionConfiguration* configuration, const Dispatcher
 Dispatcher::~Dispatcher()
 {
     m_isaGjk.motions().pairs().forget();
+    // The registration stays: a world may outlive its dispatcher, and addresses are used again.
+    m_isaGjk.motions().freeIfUnused();
     m_isaGjk.leave();
 }
 

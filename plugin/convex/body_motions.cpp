@@ -242,6 +242,12 @@ void BodyMotions::clear()
     m_pairs.clear();
 }
 
+void BodyMotions::freeIfUnused() noexcept
+{
+    if (m_free.size() == m_slots.size())
+        *this = BodyMotions();
+}
+
 /// The height of the core above its origin along an axis n is a function of R^T n. The direction of R^T n turns by at
 /// most the angle between R and R', and its length changes by at most the skews. For rotations that angle is
 /// 2 asin(|R - R'| / sqrt(8)), with the Frobenius norm, and every matrix is as close to a rotation as its skew. If the

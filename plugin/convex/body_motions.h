@@ -94,6 +94,8 @@ public:
     bool isPaused(std::uint32_t place) const { return m_pauses[place] != 0; }
 
     void clear();
+    /// Frees all memory if no pair tracks a body, else does nothing.
+    void freeIfUnused() noexcept;
 
 private:
     /// The motion of a body's origin. `arcBound` times a rate of TurnRates bounds the increase of the core's height

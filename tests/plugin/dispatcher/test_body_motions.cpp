@@ -4,6 +4,7 @@
 #include "cullet/tests/plugin/random_motion.h"
 
 #include <BulletCollision/CollisionShapes/btCapsuleShape.h>
+#include <BulletCollision/CollisionShapes/btSphereShape.h>
 #include <gtest/gtest.h>
 
 #include <array>
@@ -323,6 +324,24 @@ TEST(BodyMotions, ServeOneCacheAtATimeAndReuseTheirPlaces)
     motions.release(b);
     EXPECT_TRUE(motions.serves(&first));
     EXPECT_EQ(motions.size(), 2u);
+}
+
+TEST(BodyMotions, FreeTheirMemoryOnlyWhileNoPairTracksABody)
+{
+    btSphereShape shape(1);
+    btCollisionObject a, b;
+    a.setCollisionShape(&shape);
+    b.setCollisionShape(&shape);
+    BodyMotions motions;
+    const std::uint32_t placeA = motions.acquire(a), placeB = motions.acquire(b);
+    motions.release(placeA);
+    motions.freeIfUnused();
+    EXPECT_EQ(motions.size(), 2u) << "a pair of B will release it";
+    motions.release(placeB);
+    motions.freeIfUnused();
+    EXPECT_EQ(motions.size(), 0u);
+    EXPECT_EQ(motions.acquire(b), 0u);
+    motions.release(0);
 }
 
 TEST(BodyMotions, ReadNoBodyAfterAbandonAndTrackItAgainInNewSlot)
