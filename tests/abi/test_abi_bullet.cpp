@@ -7,10 +7,13 @@
 #include "cullet/plugin/isa_gjk.h"
 #include "cullet/tests/plugin/falling_heap.h"
 
+#include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
 #include <gtest/gtest.h>
 
 #include <dlfcn.h>
 #include <limits>
+#include <string>
+#include <typeinfo>
 
 namespace cullet::test
 {
@@ -165,6 +168,47 @@ TEST(CInterface, ReturnsErrorForWrongCallsOfBulletFunctions)
     EXPECT_EQ(enlist(sizeof(btScalar), nullptr, nullptr, nullptr), CULLET_ERROR_NULL);
     EXPECT_EQ(enlist(12 - sizeof(btScalar), &dispatcher, nullptr, nullptr), CULLET_ERROR_PRECISION);
     EXPECT_EQ(LOADED(library, cullet_isa_gjk_get_stats)(nullptr, nullptr), CULLET_ERROR_NULL);
+    auto isaGjk = sized<cullet_isa_gjk_options>();
+    for (const int wrong : {-1, 3})
+    {
+        isaGjk.box_box = wrong;
+        EXPECT_EQ(enlist(sizeof(btScalar), &dispatcher, &isaGjk, nullptr), CULLET_ERROR_ARGUMENT);
+    }
+}
+
+/// The class that finds the contacts of two boxes.
+std::string algorithmOfBoxes(btCollisionDispatcher& dispatcher)
+{
+    btBoxShape box(btVector3(1, 1, 1));
+    btCollisionObject bodies[2];
+    for (btCollisionObject& body : bodies)
+        body.setCollisionShape(&box);
+    const btCollisionObjectWrapper a(nullptr, &box, &bodies[0], bodies[0].getWorldTransform(), -1, -1);
+    const btCollisionObjectWrapper b(nullptr, &box, &bodies[1], bodies[1].getWorldTransform(), -1, -1);
+    btCollisionAlgorithm* const algorithm =
+        dispatcher.findAlgorithm(&a, &b, nullptr, BT_CONTACT_POINT_ALGORITHMS);
+    const btCollisionAlgorithm& known = *algorithm;
+    const std::string name = typeid(known).name();
+    algorithm->~btCollisionAlgorithm();
+    dispatcher.freeCollisionAlgorithm(algorithm);
+    return name;
+}
+
+TEST(CInterface, ChoosesTheAlgorithmOfTwoBoxes)
+{
+    const Library library;
+    const auto enlist = LOADED(library, cullet_isa_gjk_register);
+    btDefaultCollisionConfiguration configuration;
+    btCollisionDispatcher dispatcher(&configuration);
+    auto options = sized<cullet_isa_gjk_options>();
+    const char* const classes[] = {"15BoxBoxAlgorithm", "15IsaGjkAlgorithm", "btBoxBoxCollisionAlgorithm"};
+    for (const int choice : {0, 1, 2, 0})
+    {
+        options.box_box = choice;
+        ASSERT_EQ(enlist(sizeof(btScalar), &dispatcher, &options, nullptr), CULLET_OK);
+        EXPECT_NE(algorithmOfBoxes(dispatcher).find(classes[choice]), std::string::npos)
+            << choice << ": " << algorithmOfBoxes(dispatcher);
+    }
 }
 }  // namespace
 }  // namespace cullet::test

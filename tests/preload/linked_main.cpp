@@ -17,6 +17,8 @@ int main(int, char** arguments)
     cullet::IsaGjkOptions options;
     if (arguments[1] == std::string("one-point"))
         options.patchPoints = 1;
+    if (arguments[1] == std::string("bullets-boxes"))
+        options.boxPairs = cullet::BoxPairs::Bullet;
     if (arguments[1] != std::string("broad"))
         cullet::registerIsaGjk(dispatcher, options);
     cullet::test::BoxTowers towers(dispatcher, broadphase, configuration);

@@ -192,6 +192,17 @@ TEST_P(PreloadedLibrary, LimitsThePointsOfAPatchWhenAskedTo)
     }
 }
 
+TEST_P(PreloadedLibrary, LeavesBoxesToBulletWhenAskedTo)
+{
+    const std::string own = hash(linked("narrow")), bullets = hash(linked("bullets-boxes"));
+    EXPECT_NE(own, bullets) << "the hash cannot tell the option";
+    EXPECT_EQ(hash(kPreloaded + "CULLET_BOXES=0 " + plain("stack")), bullets);
+    EXPECT_EQ(hash(kPreloaded + "CULLET_BOXES=1 " + plain("stack")), own);
+    const Output output = run(kPreloaded + "CULLET_BOXES=2 " + plain("stack"));
+    EXPECT_TRUE(output.has("CULLET_BOXES=2: 0 or 1 expected")) << output.text;
+    EXPECT_EQ(output.line("hash"), own);
+}
+
 TEST_P(PreloadedLibrary, PrintsStatisticsAtExitWhenAskedTo)
 {
     const Output output = run(kPreloaded + "CULLET_STATS=1 CULLET_BACKEND=brute " + plain("stack"));
