@@ -27,8 +27,6 @@ bool isBox(const btCollisionObjectWrapper& body)
 {
     return body.getCollisionShape()->getShapeType() == BOX_SHAPE_PROXYTYPE;
 }
-
-const CollideBoxes collide = chooseCollideBoxes();
 }  // namespace
 
 BoxBoxAlgorithm::BoxBoxAlgorithm(IsaGjkRegistration& isaGjk, btPersistentManifold* manifold,
@@ -60,7 +58,7 @@ void BoxBoxAlgorithm::processCollision(const btCollisionObjectWrapper* a, const 
     BoxContact<btScalar> contact;
     contact.count = 0;
     if (isBox(*a) && isBox(*b))
-        collide(sourceOf(*a), sourceOf(*b), m_group, contact);
+        collideBoxes(sourceOf(*a), sourceOf(*b), m_group, contact);
     count(contact.count > 0);
     if (contact.count > 0)
         report(contact, *result);

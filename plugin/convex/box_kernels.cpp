@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #include "cullet/plugin/convex/box_kernels.h"
 
+#include "cullet/narrow/hull/linear_scan_avx2.h"
+
 namespace cullet
 {
 inline namespace CULLET_PRECISION
@@ -12,13 +14,13 @@ void collideBoxesBaseline(const BoxSource& a, const BoxSource& b, BoxAxisGroup& 
     collideSources<FourLanes<btScalar>>(a, b, group, contact);
 }
 
-CollideBoxes chooseCollideBoxes()
+void collideBoxes(const BoxSource& a, const BoxSource& b, BoxAxisGroup& group, BoxContact<btScalar>& contact)
 {
 #if defined(__x86_64__)
-    if (__builtin_cpu_supports("avx2") != 0)
-        return collideBoxesAvx2;
+    if (kHasAvx2)
+        return collideBoxesAvx2(a, b, group, contact);
 #endif
-    return collideBoxesBaseline;
+    collideBoxesBaseline(a, b, group, contact);
 }
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

@@ -20,10 +20,6 @@ struct BoxSource
     btScalar margin;
 };
 
-/// collideBoxes(), compiled for an instruction set; the results are the same bits.
-using CollideBoxes = void (*)(const BoxSource& a, const BoxSource& b, BoxAxisGroup& group,
-                              BoxContact<btScalar>& contact);
-
 template <class Vector>
 void readBox(const BoxSource& source, PosedBox<Vector>& box)
 {
@@ -43,6 +39,7 @@ void collideSources(const BoxSource& a, const BoxSource& b, BoxAxisGroup& group,
     collideBoxes(boxA, boxB, group, contact);
 }
 
+// collideBoxes(), compiled for an instruction set; the results are the same bits.
 void collideBoxesBaseline(const BoxSource& a, const BoxSource& b, BoxAxisGroup& group,
                           BoxContact<btScalar>& contact);
 #if defined(__x86_64__)
@@ -51,7 +48,7 @@ void collideBoxesAvx2(const BoxSource& a, const BoxSource& b, BoxAxisGroup& grou
                       BoxContact<btScalar>& contact);
 #endif
 
-/// The fastest that the processor can run.
-CollideBoxes chooseCollideBoxes();
+/// The fastest of them that the processor can run.
+void collideBoxes(const BoxSource& a, const BoxSource& b, BoxAxisGroup& group, BoxContact<btScalar>& contact);
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

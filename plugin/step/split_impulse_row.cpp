@@ -65,7 +65,7 @@ struct Case
 
     static void fill(btSolverBody& body, Numbers& numbers)
     {
-        // A row moves bodies only; nobody looks at this one.
+        // A row moves bodies only, and reads no member of this one.
         alignas(16) static char someBody[16];
         body.m_originalBody = reinterpret_cast<btRigidBody*>(someBody);
         body.internalSetInvMass(numbers.nextVector());
