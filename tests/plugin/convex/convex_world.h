@@ -32,6 +32,17 @@ inline void PrintTo(Narrow narrow, std::ostream* out)
     *out << kNames[static_cast<int>(narrow)];
 }
 
+/// @param mass 0: static
+inline std::unique_ptr<btRigidBody> makeBodyAt(const btTransform& at, btCollisionShape* shape, double mass)
+{
+    btVector3 inertia(0, 0, 0);
+    if (mass > 0)
+        shape->calculateLocalInertia(btScalar(mass), inertia);
+    btRigidBody::btRigidBodyConstructionInfo info(btScalar(mass), nullptr, shape, inertia);
+    info.m_startWorldTransform = at;
+    return std::make_unique<btRigidBody>(info);
+}
+
 /// A world with a selectable narrow phase; Bullet's tree is the broad phase.
 class ConvexWorld
 {
@@ -54,12 +65,7 @@ public:
     /// @param mass 0: static
     btRigidBody& add(btCollisionShape* shape, double mass, const btTransform& at)
     {
-        btVector3 inertia(0, 0, 0);
-        if (mass > 0)
-            shape->calculateLocalInertia(btScalar(mass), inertia);
-        btRigidBody::btRigidBodyConstructionInfo info(btScalar(mass), nullptr, shape, inertia);
-        info.m_startWorldTransform = at;
-        bodies.push_back(std::make_unique<btRigidBody>(info));
+        bodies.push_back(makeBodyAt(at, shape, mass));
         world.addRigidBody(bodies.back().get());
         return *bodies.back();
     }

@@ -176,13 +176,8 @@ public:
     /// @param mass 0: static; others get a random rotation
     btRigidBody& add(btCollisionShape* shape, double mass, const btVector3& place)
     {
-        btVector3 inertia(0, 0, 0);
-        if (mass > 0)
-            shape->calculateLocalInertia(btScalar(mass), inertia);
-        btRigidBody::btRigidBodyConstructionInfo info(btScalar(mass), nullptr, shape, inertia);
-        info.m_startWorldTransform =
-            btTransform(mass > 0 ? randomRotation(m_engine) : btQuaternion::getIdentity(), place);
-        bodies.push_back(std::make_unique<btRigidBody>(info));
+        const btTransform at(mass > 0 ? randomRotation(m_engine) : btQuaternion::getIdentity(), place);
+        bodies.push_back(makeBodyAt(at, shape, mass));
         bodies.back()->setUserIndex(m_made++);
         world.addRigidBody(bodies.back().get());
         return *bodies.back();
