@@ -79,9 +79,11 @@ if(CULLET_GZIP)
             DESTINATION "share/doc/${package_names_${component}}" COMPONENT ${component} EXCLUDE_FROM_ALL)
     endforeach()
     if(CULLET_DEMOS)
-        install(FILES "${PROJECT_BINARY_DIR}/cullet.1.gz" DESTINATION "${CMAKE_INSTALL_MANDIR}/man1" COMPONENT tools)
-        install(FILES "${PROJECT_BINARY_DIR}/cullet.1.gz" DESTINATION "${CMAKE_INSTALL_MANDIR}/man1"
-            RENAME cullet-float64.1.gz COMPONENT tools)
+        foreach(scalar IN LISTS CULLET_PRECISIONS)
+            cullet_precision_names(${scalar} suffix precision)
+            install(FILES "${PROJECT_BINARY_DIR}/cullet.1.gz" DESTINATION "${CMAKE_INSTALL_MANDIR}/man1"
+                RENAME cullet${suffix}.1.gz COMPONENT tools)
+        endforeach()
     endif()
 endif()
 # CMake strips programs and shared libraries, but no archives.

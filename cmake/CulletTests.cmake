@@ -123,7 +123,8 @@ function(cullet_add_plugin_test name)
         SOURCES ${arg_UNPARSED_ARGUMENTS}
         LINK ${arg_LINK} GTest::gtest GTest::gtest_main
         LINK_PAIRED cullet_plugin ${arg_LINK_PAIRED})
-    foreach(suffix "" "-float64")
+    foreach(scalar IN LISTS CULLET_PRECISIONS)
+        cullet_precision_names(${scalar} suffix precision)
         if(NOT arg_OPTIMISED)
             cullet_optimise_little(${name}${suffix})
         endif()
