@@ -66,14 +66,23 @@ void addPoints(const Points& points, int first, int count, P& polytope, Supports
     }
 }
 
+/// Makes an empty polytope the tetrahedron of the first four support points, which span space.
+///
+/// @param supports [out] of the polytope's vertices
+template <class Points, class P, class Supports>
+void wrapFour(const Points& points, P& polytope, Supports& supports)
+{
+    polytope.setTetrahedron({points[0].w, points[1].w, points[2].w, points[3].w});
+    std::copy_n(points.begin(), 4, supports.begin());
+}
+
 /// Makes an empty polytope the convex hull of support points, the first four of which span space.
 ///
 /// @param supports [out] of the polytope's vertices
 template <class Points, class P, class Supports>
 void wrapPoints(const Points& points, int count, P& polytope, Supports& supports)
 {
-    polytope.setTetrahedron({points[0].w, points[1].w, points[2].w, points[3].w});
-    std::copy_n(points.begin(), 4, supports.begin());
+    wrapFour(points, polytope, supports);
     addPoints(points, 4, count, polytope, supports);
 }
 

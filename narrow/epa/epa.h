@@ -155,7 +155,7 @@ private:
     [[gnu::noinline]] bool expandSeed()
     {
         Polytope polytope(size());
-        wrapPoints(m_seed.points(), 4, polytope, m_supports);
+        wrapFour(m_seed.points(), polytope, m_supports);
         return expand(polytope, m_supports) || (polytope.isFull() && expandFurther());
     }
 
