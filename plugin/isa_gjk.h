@@ -42,6 +42,9 @@ struct IsaGjkOptions
     /// for a box on its face, two for an edge, one for a vertex. The deepest point is always among them. With 1 or 2,
     /// bodies do not rest on their faces. Other numbers are clamped, with a warning.
     int patchPoints = 4;
+    /// Let cullet choose the triangles of meshes, height fields and other concave shapes that a hull, box or capsule may
+    /// touch. If false, Bullet's loop over triangles does.
+    bool meshes = true;
 };
 
 /// Counters since the registration, summed over all pairs.
@@ -58,6 +61,9 @@ struct IsaGjkStats
     /// The part of depthsTotal for which no polytope proved the depth, so that all faces and pairs of edges were
     /// tested: thin hulls, and nearly coincident round hulls of thousands of points, which take tens of milliseconds.
     std::uint64_t exactTotal = 0;
+    /// Triangles of concave shapes in the boxes of hulls, boxes and capsules, and those of them for which there was a
+    /// query, since neither the box around the core nor an axis has dropped them.
+    std::uint64_t trianglesTotal = 0, trianglesAskedTotal = 0;
 };
 
 /// The state that all pairs of one dispatcher share: create functions, options, counters.
@@ -95,7 +101,7 @@ public:
     /// The counters behind IsaGjkStats.
     struct Counters
     {
-        ThreadCounter separated, touching, depths, notConverged, delegated, exact;
+        ThreadCounter separated, touching, depths, notConverged, delegated, exact, triangles, trianglesAsked;
     };
     Counters& counters() { return m_counters; }
 
@@ -104,6 +110,18 @@ public:
 
     /// Creates the algorithms of two boxes with BoxPairs::SeparatingAxes.
     const btCollisionAlgorithmCreateFunc* boxes() const { return &m_boxes; }
+
+    /// Whether an algorithm is cullet's for a convex and a concave shape.
+    static bool isOfMesh(const btCollisionAlgorithm& algorithm);
+
+    /// Whether a function of this registration creates such algorithms.
+    bool makesMeshes(const btCollisionAlgorithmCreateFunc* create) const
+    {
+        return create == &m_meshes || create == &m_swappedMeshes;
+    }
+
+    /// Whether the dispatcher's table still has this registration's algorithm for a convex type and a triangle.
+    bool answersTriangles(int convexType) const;
 
     /// The motions of the bodies whose pairs a Dispatcher tracks.
     BodyMotions& motions() { return *m_motions; }
@@ -132,6 +150,22 @@ private:
         IsaGjkRegistration& m_isaGjk;
     };
 
+    /// For a hull, box or capsule and a concave shape.
+    struct MeshCreateFunc : btCollisionAlgorithmCreateFunc
+    {
+        MeshCreateFunc(IsaGjkRegistration& isaGjk, bool isSwapped) : m_isaGjk(isaGjk)
+        {
+            m_swapped = isSwapped;
+        }
+        btCollisionAlgorithm* CreateCollisionAlgorithm(btCollisionAlgorithmConstructionInfo& info,
+                                                       const btCollisionObjectWrapper* a,
+                                                       const btCollisionObjectWrapper* b) override;
+        IsaGjkRegistration& m_isaGjk;
+    };
+
+    void registerMeshes(btCollisionDispatcher& dispatcher);
+    void giveBackMeshes();
+
     static constexpr std::uint64_t kUncheckedPass = ~std::uint64_t(0);
 
     IsaGjkOptions m_options;
@@ -145,6 +179,9 @@ private:
     CreateFunc m_contactPoints{*this, false};
     CreateFunc m_closestPoints{*this, true};
     BoxCreateFunc m_boxes{*this};
+    MeshCreateFunc m_meshes{*this, false};
+    MeshCreateFunc m_swappedMeshes{*this, true};
+    btCollisionDispatcher* m_dispatcher = nullptr;
     btCollisionAlgorithmCreateFunc* m_stockBoxes = nullptr;  ///< Bullet's own for two boxes
 };
 

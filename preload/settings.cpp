@@ -71,6 +71,7 @@ Settings read()
     result.hasSummary = readFlag("CULLET_STATS").value_or(false);
     if (!readFlag("CULLET_BOXES").value_or(true))
         result.narrowPhase.boxPairs = BoxPairs::Bullet;
+    result.narrowPhase.meshes = readFlag("CULLET_MESHES").value_or(true);
     readPatchPoints(result.narrowPhase.patchPoints);
     readBackend(result);
     return result;

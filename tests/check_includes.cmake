@@ -108,9 +108,10 @@ room(plugin/pair_sync MAY base base/threads broad broad/boxes broad/queries plug
 room(plugin/shapes MAY base narrow/math narrow/hull narrow/build narrow/gjk plugin/core)
 room(plugin/contact MAY base narrow/math narrow/box narrow/hull plugin/core plugin/shapes)
 room(plugin/convex MAY base base/threads broad narrow/math narrow/box narrow/hull narrow/gjk narrow/epa plugin/core plugin/shapes plugin/contact)
+room(plugin/mesh MAY narrow/gjk plugin/core plugin/shapes plugin/convex)
 room(plugin/step MAY plugin/core)
 room(plugin MAY base base/threads broad broad/queries cuda plugin/core plugin/pair_cache plugin/proxies plugin/pair_sync plugin/shapes
-    plugin/contact plugin/convex plugin/step)
+    plugin/contact plugin/convex plugin/mesh plugin/step)
 
 # Against those arrows still: parts of one class in several rooms, and options in the header that users include.
 set(back_edges
@@ -118,7 +119,7 @@ set(back_edges
     "broad/grid/moving/[a-z_]+.cpp broad/grid/column_grid_backend.h"
     "broad/grid/resting/[a-z_]+.cpp broad/grid/column_grid_backend.h"
     "broad/psap/update/upload_steps.h broad/psap/verlet/neighbour_steps.h"
-    "plugin/convex/[a-z_]+.(h|cpp) plugin/isa_gjk.h"
+    "plugin/(convex|mesh)/[a-z_]+.(h|cpp) plugin/isa_gjk.h"
     "plugin/pair_sync/(backend_choice|pair_sync).h plugin/broadphase.h"
     "plugin/shapes/hull_cache.h plugin/isa_gjk.h")
 string(REPLACE "." "[.]" back_edges "${back_edges}")

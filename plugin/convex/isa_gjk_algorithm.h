@@ -83,6 +83,18 @@ public:
     /// Reads bodies and shapes and writes to this object only: safe to run for different pairs at the same time.
     bool isIdle(const btCollisionObject& a, const btCollisionObject& b);
 
+    /// Where the last search ended, as a guess about the next one.
+    const GjkCache<btScalar>& lastSearch() const { return m_cache; }
+    /// Whether its result did not depend on where it began.
+    bool isSettled() const { return m_isSettled; }
+    /// The next search begins where one has ended that was settled.
+    void beginAt(const GjkCache<btScalar>& search)
+    {
+        m_cache = search;
+        m_epaCache.vertexCount = 0;
+        m_isSettled = true;
+    }
+
 private:
     void touch() noexcept;
     void untrack() noexcept;

@@ -90,7 +90,7 @@ PairKinds::Algorithm PairKinds::classOf(const btCollisionAlgorithm& algorithm)
         return Algorithm::Convex;
     if (isExactly<btConvexPlaneCollisionAlgorithm>(algorithm))
         return Algorithm::Plane;
-    if (isExactly<btConvexConcaveCollisionAlgorithm>(algorithm))
+    if (isExactly<btConvexConcaveCollisionAlgorithm>(algorithm) || IsaGjkRegistration::isOfMesh(algorithm))
         return Algorithm::Mesh;
     if (isOneOf<btCompoundCollisionAlgorithm, btCompoundCompoundCollisionAlgorithm>(algorithm))
         return Algorithm::Parent;
@@ -206,7 +206,7 @@ bool PairKinds::knowsAllChildren() const
 
 bool PairKinds::isKnown(const btCollisionAlgorithmCreateFunc* create) const
 {
-    return create == m_isaGjk.contactPoints() || create == m_isaGjk.boxes() ||
+    return create == m_isaGjk.contactPoints() || create == m_isaGjk.boxes() || m_isaGjk.makesMeshes(create) ||
            isOneOf<btConvexConvexAlgorithm::CreateFunc, btConvexConcaveCollisionAlgorithm::CreateFunc,
                    btConvexConcaveCollisionAlgorithm::SwappedCreateFunc,
                    btCompoundCollisionAlgorithm::CreateFunc, btCompoundCollisionAlgorithm::SwappedCreateFunc,

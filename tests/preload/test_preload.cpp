@@ -203,6 +203,15 @@ TEST_P(PreloadedLibrary, LeavesBoxesToBulletWhenAskedTo)
     EXPECT_EQ(output.line("hash"), own);
 }
 
+TEST_P(PreloadedLibrary, RefusesUnknownChoicesOfTheLoopOverTriangles)
+{
+    const std::string own = hash(linked("narrow"));
+    EXPECT_EQ(hash(kPreloaded + "CULLET_MESHES=0 " + plain("stack")), own);
+    const Output output = run(kPreloaded + "CULLET_MESHES=2 " + plain("stack"));
+    EXPECT_TRUE(output.has("CULLET_MESHES=2: 0 or 1 expected")) << output.text;
+    EXPECT_EQ(output.line("hash"), own);
+}
+
 TEST_P(PreloadedLibrary, PrintsStatisticsAtExitWhenAskedTo)
 {
     const Output output = run(kPreloaded + "CULLET_STATS=1 CULLET_BACKEND=brute " + plain("stack"));

@@ -8,9 +8,11 @@
 #include "cullet/plugin/convex/box_box_algorithm.h"
 #include "cullet/plugin/convex/isa_gjk_algorithm.h"
 #include "cullet/plugin/core/dynamic_type.h"
+#include "cullet/plugin/mesh/mesh_algorithm.h"
 #include "cullet/plugin/shapes/convex_shape.h"
 
 #include <BulletCollision/CollisionDispatch/btCollisionConfiguration.h>
+#include <BulletCollision/CollisionDispatch/btConvexConcaveCollisionAlgorithm.h>
 
 #include <algorithm>
 #include <cstdio>
@@ -69,6 +71,31 @@ void giveBack(int typeA, int typeB, btCollisionDispatcher& dispatcher,
     dispatcher.registerClosestPointsCreateFunc(
         typeA, typeB, configuration.getClosestPointsAlgorithmCreateFunc(typeA, typeB));
 }
+
+/// The convex types whose loop over triangles MeshAlgorithm takes over, and the concave types whose triangles it reads.
+constexpr int kMeshConvexTypes[] = {CONVEX_HULL_SHAPE_PROXYTYPE, BOX_SHAPE_PROXYTYPE,
+                                    CAPSULE_SHAPE_PROXYTYPE};
+constexpr int kMeshConcaveTypes[] = {TRIANGLE_MESH_SHAPE_PROXYTYPE, SCALED_TRIANGLE_MESH_SHAPE_PROXYTYPE,
+                                     TERRAIN_SHAPE_PROXYTYPE, MULTIMATERIAL_TRIANGLE_MESH_PROXYTYPE,
+                                     FAST_CONCAVE_MESH_PROXYTYPE};
+
+/// Whether the configuration has Bullet's own loop over triangles for a pair of types.
+bool hasBulletsLoop(btCollisionConfiguration& configuration, int typeA, int typeB)
+{
+    const btCollisionAlgorithmCreateFunc& create =
+        *configuration.getCollisionAlgorithmCreateFunc(typeA, typeB);
+    return isExactly<btConvexConcaveCollisionAlgorithm::CreateFunc>(create) ||
+           isExactly<btConvexConcaveCollisionAlgorithm::SwappedCreateFunc>(create);
+}
+
+/// The table of a dispatcher, which Bullet shows to derived classes only.
+struct Table : btCollisionDispatcher
+{
+    static const btCollisionAlgorithmCreateFunc* of(const btCollisionDispatcher& dispatcher, int a, int b)
+    {
+        return (dispatcher.*(&Table::m_doubleDispatchContactPoints))[a][b];
+    }
+};
 }  // namespace
 
 IsaGjkRegistration::IsaGjkRegistration(btCollisionDispatcher& dispatcher, const IsaGjkOptions& options)
@@ -85,10 +112,14 @@ void IsaGjkRegistration::reset(btCollisionDispatcher& dispatcher, const IsaGjkOp
     btCollisionConfiguration& configuration = *dispatcher.getCollisionConfiguration();
     if (m_options.boxPairs != options.boxPairs)
         giveBack(BOX_SHAPE_PROXYTYPE, BOX_SHAPE_PROXYTYPE, dispatcher, configuration);
+    m_dispatcher = &dispatcher;
+    if (m_options.meshes && !options.meshes)
+        giveBackMeshes();
     m_options = checkedOptions(options);
     endPass();
-    for (ThreadCounter* counter : {&m_counters.separated, &m_counters.touching, &m_counters.depths,
-                                   &m_counters.notConverged, &m_counters.delegated, &m_counters.exact})
+    for (ThreadCounter* counter :
+         {&m_counters.separated, &m_counters.touching, &m_counters.depths, &m_counters.notConverged,
+          &m_counters.delegated, &m_counters.exact, &m_counters.triangles, &m_counters.trianglesAsked})
         counter->reset();
     m_stockBoxes = configuration.getCollisionAlgorithmCreateFunc(BOX_SHAPE_PROXYTYPE, BOX_SHAPE_PROXYTYPE);
     m_stock =
@@ -112,6 +143,54 @@ void IsaGjkRegistration::registerWith(btCollisionDispatcher& dispatcher)
     }
     if (m_options.boxPairs == BoxPairs::SeparatingAxes)
         dispatcher.registerCollisionCreateFunc(BOX_SHAPE_PROXYTYPE, BOX_SHAPE_PROXYTYPE, &m_boxes);
+    if (m_options.meshes)
+        registerMeshes(dispatcher);
+}
+
+void IsaGjkRegistration::registerMeshes(btCollisionDispatcher& dispatcher)
+{
+    btCollisionConfiguration& configuration = *dispatcher.getCollisionConfiguration();
+    for (const int convex : kMeshConvexTypes)
+    {
+        for (const int concave : kMeshConcaveTypes)
+        {
+            if (hasBulletsLoop(configuration, convex, concave))
+                dispatcher.registerCollisionCreateFunc(convex, concave, &m_meshes);
+            if (hasBulletsLoop(configuration, concave, convex))
+                dispatcher.registerCollisionCreateFunc(concave, convex, &m_swappedMeshes);
+        }
+    }
+}
+
+void IsaGjkRegistration::giveBackMeshes()
+{
+    btCollisionConfiguration& configuration = *m_dispatcher->getCollisionConfiguration();
+    for (const int convex : kMeshConvexTypes)
+    {
+        for (const int concave : kMeshConcaveTypes)
+        {
+            giveBack(convex, concave, *m_dispatcher, configuration);
+            giveBack(concave, convex, *m_dispatcher, configuration);
+        }
+    }
+}
+
+bool IsaGjkRegistration::isOfMesh(const btCollisionAlgorithm& algorithm)
+{
+    return isExactly<MeshAlgorithm>(algorithm);
+}
+
+bool IsaGjkRegistration::answersTriangles(int convexType) const
+{
+    return Table::of(*m_dispatcher, convexType, TRIANGLE_SHAPE_PROXYTYPE) == &m_contactPoints;
+}
+
+btCollisionAlgorithm* IsaGjkRegistration::MeshCreateFunc::CreateCollisionAlgorithm(
+    btCollisionAlgorithmConstructionInfo& info, const btCollisionObjectWrapper* a,
+    const btCollisionObjectWrapper* b)
+{
+    void* memory = info.m_dispatcher1->allocateCollisionAlgorithm(sizeof(MeshAlgorithm));
+    return new (memory) MeshAlgorithm(m_isaGjk, info, a, b, m_swapped);
 }
 
 btCollisionAlgorithm* IsaGjkRegistration::BoxCreateFunc::CreateCollisionAlgorithm(
@@ -139,6 +218,8 @@ IsaGjkStats IsaGjkRegistration::stats() const
     stats.notConvergedTotal = m_counters.notConverged.value();
     stats.delegatedTotal = m_counters.delegated.value();
     stats.exactTotal = m_counters.exact.value();
+    stats.trianglesTotal = m_counters.triangles.value();
+    stats.trianglesAskedTotal = m_counters.trianglesAsked.value();
     return stats;
 }
 

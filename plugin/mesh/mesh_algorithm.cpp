@@ -1,0 +1,90 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "cullet/plugin/mesh/mesh_algorithm.h"
+
+#include "cullet/plugin/convex/convex_pair.h"
+#include "cullet/plugin/convex/isa_gjk_algorithm.h"
+#include "cullet/plugin/core/dynamic_type.h"
+#include "cullet/plugin/mesh/triangle_pass.h"
+
+#include <BulletCollision/CollisionDispatch/btManifoldResult.h>
+#include <BulletCollision/CollisionShapes/btConcaveShape.h>
+#include <LinearMath/btQuickprof.h>
+
+#include <new>
+
+namespace cullet
+{
+inline namespace CULLET_PRECISION
+{
+namespace
+{
+bool hasKnownCore(ConvexKind kind)
+{
+    return kind == ConvexKind::Hull || kind == ConvexKind::Box || kind == ConvexKind::Capsule;
+}
+
+btPersistentManifold* manifoldOf(btCollisionAlgorithm& algorithm)
+{
+    // Not on the heap: an allocator of the application may not be made for several threads.
+    btPersistentManifold* room[1];
+    btManifoldArray manifolds;
+    manifolds.initializeFromBuffer(room, 0, 1);
+    algorithm.getAllContactManifolds(manifolds);
+    return manifolds.size() == 1 ? manifolds[0] : nullptr;
+}
+}  // namespace
+
+MeshAlgorithm::MeshAlgorithm(IsaGjkRegistration& isaGjk, const btCollisionAlgorithmConstructionInfo& info,
+                             const btCollisionObjectWrapper* a, const btCollisionObjectWrapper* b,
+                             bool isSwapped)
+    : btConvexConcaveCollisionAlgorithm(info, a, b, isSwapped), m_isSwapped(isSwapped), m_isaGjk(isaGjk)
+{
+}
+
+MeshAlgorithm::~MeshAlgorithm() = default;
+
+/// Whether this class's loop gives what Bullet's would; the other shape may have become anything since the last call.
+bool MeshAlgorithm::canAsk(const btCollisionShape& convex, const btCollisionShape& mesh,
+                           const btManifoldResult& result) const
+{
+    return convex.isConvex() && mesh.isConcave() && mesh.getShapeType() != SDF_SHAPE_PROXYTYPE &&
+           hasKnownCore(convexKindOf(static_cast<const btConvexShape&>(convex))) &&
+           isExactly<btManifoldResult>(result) && result.m_closestPointDistanceThreshold == 0 &&
+           m_isaGjk.answersTriangles(convex.getShapeType());
+}
+
+/// @return null if out of memory
+MeshQuery* MeshAlgorithm::query(const btCollisionObjectWrapper& convex, const btCollisionObjectWrapper& mesh)
+{
+    if (m_query)
+        return m_query.get();
+    btPersistentManifold* const manifold = manifoldOf(*this);
+    if (manifold == nullptr)
+        return nullptr;
+    const btCollisionAlgorithmConstructionInfo info(m_dispatcher, 0);
+    m_query.reset(new (std::nothrow) MeshQuery(m_isaGjk, *manifold, info, convex, mesh));
+    return m_query.get();
+}
+
+void MeshAlgorithm::processCollision(const btCollisionObjectWrapper* a, const btCollisionObjectWrapper* b,
+                                     const btDispatcherInfo& info, btManifoldResult* result)
+{
+    const btCollisionObjectWrapper &convex = m_isSwapped ? *b : *a, &mesh = m_isSwapped ? *a : *b;
+    MeshQuery* const asked = canAsk(*convex.getCollisionShape(), *mesh.getCollisionShape(), *result)
+                                 ? query(convex, mesh)
+                                 : nullptr;
+    if (asked == nullptr)
+        return btConvexConcaveCollisionAlgorithm::processCollision(a, b, info, result);
+    TrianglePass pass(m_isaGjk, *asked, convex, mesh, info, *result);
+    if (!pass.isPossible())
+        return btConvexConcaveCollisionAlgorithm::processCollision(a, b, info, result);
+
+    BT_PROFILE("btConvexConcaveCollisionAlgorithm::processCollision");
+    result->setPersistentManifold(&asked->manifold);
+    asked->manifold.setBodies(convex.getCollisionObject(), mesh.getCollisionObject());
+    pass.run();
+    result->refreshContactPoints();
+}
+}  // namespace CULLET_PRECISION
+}  // namespace cullet

@@ -1,0 +1,349 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "cullet/tests/plugin/broadphase/broadphase_support.h"
+#include "cullet/tests/plugin/convex/convex_world.h"
+#include "cullet/tests/plugin/mesh/mesh_bench.h"
+
+#include <BulletCollision/CollisionShapes/btHeightfieldTerrainShape.h>
+#include <BulletCollision/CollisionShapes/btMultimaterialTriangleMeshShape.h>
+#include <BulletCollision/CollisionShapes/btScaledBvhTriangleMeshShape.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <memory>
+#include <random>
+#include <string>
+#include <vector>
+
+namespace cullet::test
+{
+namespace
+{
+constexpr int kCells = 24;
+
+/// A square of 12 m with bumps, as triangles and as heights.
+struct Ground
+{
+    explicit Ground(std::mt19937& engine) : heights((kCells + 1) * (kCells + 1))
+    {
+        std::uniform_real_distribution<double> bump(0, 0.15);
+        for (btScalar& height : heights)
+            height = btScalar(bump(engine));
+        for (int i = 0; i < kCells; ++i)
+        {
+            for (int j = 0; j < kCells; ++j)
+            {
+                triangles.addTriangle(corner(i, j), corner(i, j + 1), corner(i + 1, j));
+                triangles.addTriangle(corner(i + 1, j), corner(i, j + 1), corner(i + 1, j + 1));
+            }
+        }
+    }
+    btVector3 corner(int i, int j) const
+    {
+        return vec(0.5 * i - 6, double(heights[static_cast<std::size_t>(i * (kCells + 1) + j)]), 0.5 * j - 6);
+    }
+
+    std::vector<btScalar> heights;
+    btTriangleMesh triangles;
+};
+
+/// Huge, thin, doubled and flat triangles.
+void addStrangeTriangles(TriangleSoup& soup, std::mt19937& engine)
+{
+    std::uniform_real_distribution<double> place(-1, 1);
+    const auto add = [&](const btVector3& a, const btVector3& b, const btVector3& c)
+    {
+        for (const btVector3& corner : {a, b, c})
+            soup.corners.push_back(corner);
+    };
+    add(vec(-900, 0, -900), vec(900, 0, -900), vec(0, 0, 900));
+    for (int i = 0; i < 40; ++i)
+    {
+        const btVector3 a = drawVec(place, engine) * btScalar(2), b = drawVec(place, engine) * btScalar(2);
+        add(a, b, a + drawVec(place, engine) * btScalar(1e-4));
+        add(a, a, b);
+        add(b, b, b);
+        const btVector3 c = drawVec(place, engine) * btScalar(2);
+        add(a, b, c);
+        add(a, b, c);
+    }
+}
+
+enum class MeshKind
+{
+    Bvh,
+    BvhUnquantized,
+    Scaled,
+    Materials,
+    Terrain,
+    Soup
+};
+
+struct Mesh
+{
+    Mesh(MeshKind kind, std::mt19937& engine) : ground(engine)
+    {
+        switch (kind)
+        {
+            case MeshKind::Bvh:
+                shape = std::make_unique<btBvhTriangleMeshShape>(&ground.triangles, true);
+                break;
+            case MeshKind::BvhUnquantized:
+                shape = std::make_unique<btBvhTriangleMeshShape>(&ground.triangles, false);
+                break;
+            case MeshKind::Scaled:
+                child = std::make_unique<btBvhTriangleMeshShape>(&ground.triangles, true);
+                shape = std::make_unique<btScaledBvhTriangleMeshShape>(child.get(), vec(1.5, -2, 0.7));
+                break;
+            case MeshKind::Materials:
+                shape = std::make_unique<btMultimaterialTriangleMeshShape>(&ground.triangles, true);
+                break;
+            case MeshKind::Terrain:
+                shape = std::make_unique<btHeightfieldTerrainShape>(
+                    kCells + 1, kCells + 1, ground.heights.data(), btScalar(-1), btScalar(1), 1, false);
+                break;
+            case MeshKind::Soup:
+            {
+                auto soup = std::make_unique<TriangleSoup>();
+                addStrangeTriangles(*soup, engine);
+                shape = std::move(soup);
+                break;
+            }
+        }
+    }
+
+    Ground ground;
+    std::unique_ptr<btBvhTriangleMeshShape> child;
+    std::unique_ptr<btConcaveShape> shape;
+};
+
+std::unique_ptr<btConvexHullShape> roundHull(int points, std::mt19937& engine)
+{
+    auto hull = std::make_unique<btConvexHullShape>();
+    std::uniform_real_distribution<double> place(-1, 1);
+    for (int i = 0; i < points; ++i)
+        hull->addPoint(drawVec(place, engine).normalized() * btScalar(0.6), false);
+    hull->recalcLocalAabb();
+    return hull;
+}
+
+enum class BodyKind
+{
+    RoundHull,
+    SmallHull,
+    Box,
+    Plate,
+    Capsule
+};
+
+std::unique_ptr<btConvexShape> makeBody(BodyKind kind, std::mt19937& engine)
+{
+    switch (kind)
+    {
+        case BodyKind::RoundHull:
+            return roundHull(64, engine);
+        case BodyKind::SmallHull:
+            return roundHull(8, engine);
+        case BodyKind::Box:
+            return std::make_unique<btBoxShape>(vec(0.4, 0.5, 0.3));
+        case BodyKind::Plate:
+            return std::make_unique<btBoxShape>(vec(2, 0.05, 2));
+        default:
+            return std::make_unique<btCapsuleShape>(btScalar(0.3), btScalar(0.8));
+    }
+}
+
+btTransform randomPose(std::mt19937& engine)
+{
+    std::uniform_real_distribution<double> place(-1, 1);
+    return btTransform(randomRotation(engine),
+                       vec(3 * place(engine), 0.5 * place(engine), 3 * place(engine)));
+}
+
+btTransform movedALittle(const btTransform& pose, std::mt19937& engine)
+{
+    std::uniform_real_distribution<double> place(-1, 1);
+    const btQuaternion turn(vec(0, 1, 0), btScalar(0.02 * place(engine)));
+    return btTransform(turn * pose.getRotation(), pose.getOrigin() + drawVec(place, engine) * btScalar(0.02));
+}
+
+struct MeshContacts : testing::TestWithParam<std::tuple<MeshKind, BodyKind>>
+{
+};
+
+std::string nameOf(const testing::TestParamInfo<std::tuple<MeshKind, BodyKind>>& info)
+{
+    static const char* const meshes[] = {"Bvh", "BvhUnquantized", "Scaled", "Materials", "Terrain", "Soup"};
+    static const char* const bodies[] = {"RoundHull", "SmallHull", "Box", "Plate", "Capsule"};
+    return std::string(bodies[static_cast<std::size_t>(std::get<1>(info.param))]) + "On" +
+           meshes[static_cast<std::size_t>(std::get<0>(info.param))];
+}
+
+TEST_P(MeshContacts, HaveTheBitsOfALoopOverAllTrianglesWithoutMemory)
+{
+    constexpr unsigned kSeed = 41;
+    SCOPED_TRACE(kSeed);
+    std::mt19937 engine(kSeed);
+    const Mesh mesh(std::get<0>(GetParam()), engine);
+    const auto body = makeBody(std::get<1>(GetParam()), engine);
+    int touching = 0, points = 0;
+    for (const bool isMeshFirst : {false, true})
+    {
+        MeshBench ours(Loop::Ours, *body, *mesh.shape, isMeshFirst);
+        MeshBench plain(Loop::Plain, *body, *mesh.shape, isMeshFirst);
+        const btTransform meshAt(randomRotation(engine), vec(1, 2, 3));
+        for (int i = 0; i < 40; ++i)
+        {
+            btTransform pose = randomPose(engine);
+            for (int step = 0; step < 6; ++step)
+            {
+                const btPersistentManifold& found = ours.step(meshAt * pose, meshAt);
+                const btPersistentManifold& right = plain.step(meshAt * pose, meshAt);
+                ASSERT_TRUE(arePointsEqual(found, right)) << "pose " << i << ", step " << step;
+                touching += found.getNumContacts() > 0;
+                points += found.getNumContacts();
+                pose = movedALittle(pose, engine);
+            }
+        }
+    }
+    EXPECT_GT(touching, 80);
+    EXPECT_GT(points, touching);
+}
+
+INSTANTIATE_TEST_SUITE_P(All, MeshContacts,
+                         testing::Combine(testing::Values(MeshKind::Bvh, MeshKind::BvhUnquantized,
+                                                          MeshKind::Scaled, MeshKind::Materials,
+                                                          MeshKind::Terrain, MeshKind::Soup),
+                                          testing::Values(BodyKind::RoundHull, BodyKind::SmallHull,
+                                                          BodyKind::Box, BodyKind::Plate, BodyKind::Capsule)),
+                         nameOf);
+
+/// A body at rest on a mesh of its own, and the same pair in a loop without memory.
+struct EditedMesh : testing::Test
+{
+    void expectSame(const char* after)
+    {
+        const btPersistentManifold& found = ours.step(pose, btTransform::getIdentity());
+        const btPersistentManifold& right = plain.step(pose, btTransform::getIdentity());
+        EXPECT_TRUE(arePointsEqual(found, right)) << after;
+        contacts = found.getNumContacts();
+    }
+
+    /// Bullet's own loop answers for spheres. It drops triangles that the plain one asks, so the points are forgotten.
+    void expectSphereOnGround()
+    {
+        for (MeshBench* bench : {&ours, &plain})
+        {
+            EXPECT_GT(bench->step(pose, btTransform::getIdentity()).getNumContacts(), 0);
+            bench->dispatcher().clearManifold(bench->dispatcher().getManifoldByIndexInternal(0));
+        }
+    }
+
+    std::mt19937 engine{7};
+    Mesh mesh{MeshKind::Bvh, engine};
+    std::unique_ptr<btConvexHullShape> hull = roundHull(40, engine);
+    MeshBench ours{Loop::Ours, *hull, *mesh.shape}, plain{Loop::Plain, *hull, *mesh.shape};
+    btTransform pose{btQuaternion::getIdentity(), vec(0.1, 0.62, 0.2)};
+    int contacts = 0;
+};
+
+TEST_F(EditedMesh, IsSeenInTheSameStepWhenAVertexMoves)
+{
+    expectSame("at rest");
+    expectSame("at rest");
+    ASSERT_GT(contacts, 0);
+    unsigned char* vertices;
+    unsigned char* indices;
+    int vertexCount, stride, indexStride, faceCount;
+    PHY_ScalarType type, indexType;
+    mesh.ground.triangles.getLockedVertexIndexBase(&vertices, vertexCount, type, stride, &indices,
+                                                   indexStride, faceCount, indexType);
+    // Down, so that all vertices stay inside of the tree's boxes of 0.15 m for some, and the body loses its ground.
+    for (int i = 0; i < vertexCount; ++i)
+        *reinterpret_cast<btScalar*>(vertices + i * stride + sizeof(btScalar)) *= btScalar(0.25);
+    expectSame("lowered");
+    EXPECT_LT(ours.step(pose, btTransform::getIdentity()).getNumContacts(), 5);
+}
+
+TEST_F(EditedMesh, IsSeenInTheSameStepWhenShapesAreExchanged)
+{
+    expectSame("a hull");
+    btBoxShape box(vec(0.5, 0.6, 0.5));
+    btSphereShape sphere(btScalar(0.62));
+    TriangleSoup soup;
+    soup.corners = {vec(-3, 0, -3), vec(3, 0, -3), vec(0, 0, 3)};
+    for (btCollisionShape* body :
+         {static_cast<btCollisionShape*>(&box), static_cast<btCollisionShape*>(&sphere),
+          static_cast<btCollisionShape*>(hull.get())})
+    {
+        for (btCollisionShape* ground :
+             {static_cast<btCollisionShape*>(&soup), static_cast<btCollisionShape*>(mesh.shape.get())})
+        {
+            for (MeshBench* bench : {&ours, &plain})
+            {
+                bench->convex().setCollisionShape(body);
+                bench->mesh().setCollisionShape(ground);
+            }
+            if (body == &sphere)
+                expectSphereOnGround();
+            else
+                expectSame("exchanged");
+        }
+    }
+}
+
+TEST_F(EditedMesh, IsSeenInTheSameStepWhenTheScaleChanges)
+{
+    expectSame("at rest");
+    const btVector3 scale = vec(1, 1.3, 1);
+    mesh.shape->setLocalScaling(scale);
+    expectSame("scaled");
+    hull->setLocalScaling(vec(1, 0.5, 1));
+    expectSame("flatter body");
+    hull->setLocalScaling(vec(1, 1.1, 1));
+    expectSame("taller body");
+    EXPECT_GT(contacts, 0);
+}
+
+TEST_F(EditedMesh, AsksForFewTrianglesWhereTheyAreSmall)
+{
+    btTriangleMesh triangles;
+    const auto corner = [](int i, int j) { return vec(0.1 * i - 2, 0, 0.1 * j - 2); };
+    for (int i = 0; i < 40; ++i)
+    {
+        for (int j = 0; j < 40; ++j)
+        {
+            triangles.addTriangle(corner(i, j), corner(i, j + 1), corner(i + 1, j));
+            triangles.addTriangle(corner(i + 1, j), corner(i, j + 1), corner(i + 1, j + 1));
+        }
+    }
+    btBvhTriangleMeshShape fine(&triangles, true);
+    MeshBench bench(Loop::Ours, *hull, fine);
+    pose.setOrigin(vec(0, 0.55, 0));
+    for (int i = 0; i < 10; ++i)
+        EXPECT_GT(bench.step(pose, btTransform::getIdentity()).getNumContacts(), 0);
+    const IsaGjkStats stats = bench.isaGjk().stats();
+    EXPECT_GT(stats.trianglesTotal, 2000u);
+    EXPECT_GT(stats.trianglesAskedTotal, 0u);
+    EXPECT_LT(stats.trianglesAskedTotal * 5, stats.trianglesTotal);
+}
+
+TEST_F(EditedMesh, IsLeftToBulletForPosesThatAreNoRotations)
+{
+    const IsaGjkOptions bullets = []
+    {
+        IsaGjkOptions options;
+        options.meshes = false;
+        return options;
+    }();
+    MeshBench bullet(Loop::Ours, *hull, *mesh.shape, false, bullets);
+    pose.setBasis(pose.getBasis() * btScalar(1.05));
+    expectSame("stretched");
+    EXPECT_TRUE(arePointsEqual(ours.step(pose, btTransform::getIdentity()),
+                               bullet.step(pose, btTransform::getIdentity())) ||
+                ours.isaGjk().stats().trianglesTotal == 0);
+    pose.setOrigin(vec(0, std::nan(""), 0));
+    EXPECT_EQ(ours.step(pose, btTransform::getIdentity()).getNumContacts(), 0);
+}
+}  // namespace
+}  // namespace cullet::test
