@@ -30,15 +30,16 @@ inline namespace CULLET_PRECISION
 /// @tparam Base btCollisionWorld, btDiscreteDynamicsWorld, btSimpleDynamicsWorld, btMultiBodyDynamicsWorld, a soft or
 ///              deformable world, or a class of the application that inherits updateAabbs() from one of these. Of the
 ///              other functions it keeps its own.
+/// @tparam Holder where the world keeps what is not of Base; a program leaves it as it is
 ///
 /// Threads: as for Base. During stepSimulation() no other thread may change bodies, shapes or joints, which holds for
 /// Base too. All callbacks, motion states, actions and classes of the application run on the calling thread, in
 /// Bullet's order. Callbacks of the broad phase may add and remove bodies during updateAabbs(), but must not move
 /// existing ones.
-template <class Base>
-class World : public world_layers::Stack<Base>::All
+template <class Base, template <class> class Holder = world_layers::WithMembers>
+class World : public world_layers::Stack<Base, Holder>::All
 {
-    using Layers = typename world_layers::Stack<Base>::All;
+    using Layers = typename world_layers::Stack<Base, Holder>::All;
 
 public:
     using Layers::Layers;
@@ -46,29 +47,32 @@ public:
     /// @param threads 0, the default: as many as the machine has
     void setUpdateThreads(int threads)
     {
-        this->m_boxes.setThreads(threads);
-        this->m_islands.setThreads(threads);
-        this->m_bodies.setThreads(threads);
+        this->stepParts().boxes.setThreads(threads);
+        this->stepParts().islands.setThreads(threads);
+        this->stepParts().bodies.setThreads(threads);
     }
 
     /// Lets a custom profiler (btSetCustomEnterProfileZoneFunc) be called on any thread; while there is another one, one
     /// thread solves all islands.
-    void setThreadSafeProfiler(bool isThreadSafe) { this->m_islands.setThreadSafeProfiler(isThreadSafe); }
+    void setThreadSafeProfiler(bool isThreadSafe)
+    {
+        this->stepParts().islands.setThreadSafeProfiler(isThreadSafe);
+    }
 
     void updateAabbs() override
     {
-        if (!this->m_boxes.update(*this, kRule))
+        if (!this->stepParts().boxes.update(*this, kRule))
             Base::updateAabbs();
     }
 
     /// Statistics of the last updateAabbs() with at least 512 objects; with fewer, Base::updateAabbs() runs.
-    const WorldBoxesStats& updateStats() const { return this->m_boxes.stats(); }
+    const WorldBoxesStats& updateStats() const { return this->stepParts().boxes.stats(); }
 
     /// Statistics of the last solveConstraints(), if Base inherits it from btDiscreteDynamicsWorld.
-    const WorldIslandsStats& islandStats() const { return this->m_islands.stats(); }
+    const WorldIslandsStats& islandStats() const { return this->stepParts().islands.stats(); }
 
     /// Statistics of the last step, if Base inherits the loops over bodies from btDiscreteDynamicsWorld.
-    const WorldBodiesStats& bodyStats() const { return this->m_bodies.stats(); }
+    const WorldBodiesStats& bodyStats() const { return this->stepParts().bodies.stats(); }
 
 private:
     using Update = decltype(&Base::updateAabbs);

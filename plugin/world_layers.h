@@ -78,17 +78,27 @@ public:
     static constexpr bool activates() { return std::is_same_v<decltype(activate<Origins>(0)), Step>; }
 };
 
-/// Base and the objects that the layers use.
+/// The objects that the layers use.
+struct StepParts
+{
+    WorldBoxes boxes;
+    WorldIslands islands;
+    WorldBodies bodies;
+};
+
+/// Base with its StepParts. Another class that has their functions may keep them elsewhere.
 template <class Base>
-class Parts : public Base
+class WithMembers : public Base
 {
 public:
     using Base::Base;
 
 protected:
-    WorldBoxes m_boxes;
-    WorldIslands m_islands;
-    WorldBodies m_bodies;
+    StepParts& stepParts() { return m_stepParts; }
+    const StepParts& stepParts() const { return m_stepParts; }
+
+private:
+    StepParts m_stepParts;
 };
 
 template <class Next>
@@ -98,8 +108,9 @@ public:
     using Next::Next;
     void solveConstraints(btContactSolverInfo& info) override
     {
-        if (!this->m_islands.solve({*this, *this->m_islandManager, *this->m_constraintSolver, info,
-                                    this->getDebugDrawer(), this->m_constraints, this->m_sortedConstraints}))
+        if (!this->stepParts().islands.solve({*this, *this->m_islandManager, *this->m_constraintSolver, info,
+                                              this->getDebugDrawer(), this->m_constraints,
+                                              this->m_sortedConstraints}))
             Next::solveConstraints(info);
     }
 };
@@ -113,8 +124,8 @@ public:
 protected:
     void calculateSimulationIslands() override
     {
-        if (!this->m_islands.find(*this, *this->m_islandManager, this->m_predictiveManifolds,
-                                  this->m_constraints))
+        if (!this->stepParts().islands.find(*this, *this->m_islandManager, this->m_predictiveManifolds,
+                                            this->m_constraints))
             Next::calculateSimulationIslands();
     }
 };
@@ -124,7 +135,7 @@ class ApplyingGravity : public Next
 {
 public:
     using Next::Next;
-    void applyGravity() override { this->m_bodies.applyGravity(this->m_nonStaticRigidBodies); }
+    void applyGravity() override { this->stepParts().bodies.applyGravity(this->m_nonStaticRigidBodies); }
 };
 
 template <class Next>
@@ -132,7 +143,7 @@ class ClearingForces : public Next
 {
 public:
     using Next::Next;
-    void clearForces() override { this->m_bodies.clearForces(this->m_nonStaticRigidBodies); }
+    void clearForces() override { this->stepParts().bodies.clearForces(this->m_nonStaticRigidBodies); }
 };
 
 template <class Next>
@@ -144,7 +155,7 @@ public:
 protected:
     void saveKinematicState(btScalar timeStep) override
     {
-        this->m_bodies.saveKinematicState(this->m_collisionObjects, timeStep);
+        this->stepParts().bodies.saveKinematicState(this->m_collisionObjects, timeStep);
     }
 };
 
@@ -157,7 +168,7 @@ public:
 protected:
     void predictUnconstraintMotion(btScalar timeStep) override
     {
-        this->m_bodies.predictMotion(this->m_nonStaticRigidBodies, timeStep);
+        this->stepParts().bodies.predictMotion(this->m_nonStaticRigidBodies, timeStep);
     }
 };
 
@@ -174,7 +185,7 @@ protected:
         this->releasePredictiveContacts();
         const auto sweep = [&](btRigidBody** bodies, int count)
         { this->createPredictiveContactsInternal(bodies, count, timeStep); };
-        this->m_bodies.sweep(this->m_nonStaticRigidBodies, WorldBodies::RangeFunction(sweep));
+        this->stepParts().bodies.sweep(this->m_nonStaticRigidBodies, WorldBodies::RangeFunction(sweep));
     }
 };
 
@@ -195,7 +206,8 @@ protected:
         }
         const auto integrate = [&](btRigidBody** bodies, int count)
         { this->integrateTransformsInternal(bodies, count, timeStep); };
-        this->m_bodies.integrate(this->m_nonStaticRigidBodies, WorldBodies::RangeFunction(integrate));
+        this->stepParts().bodies.integrate(this->m_nonStaticRigidBodies,
+                                           WorldBodies::RangeFunction(integrate));
     }
 };
 
@@ -208,7 +220,7 @@ public:
 protected:
     void updateActivationState(btScalar timeStep) override
     {
-        if (!this->m_bodies.updateActivation(this->m_nonStaticRigidBodies, timeStep))
+        if (!this->stepParts().bodies.updateActivation(this->m_nonStaticRigidBodies, timeStep))
             Next::updateActivationState(timeStep);
     }
 };
@@ -217,11 +229,12 @@ protected:
 template <template <class> class Layer, class Next, bool kTakesOver>
 using If = std::conditional_t<kTakesOver, Layer<Next>, Next>;
 
-template <class Base>
+/// @tparam Holder gives its Base StepParts
+template <class Base, template <class> class Holder>
 struct Stack
 {
     using Asked = Origins<Base>;
-    using Solves = If<Solving, Parts<Base>, Asked::solves()>;
+    using Solves = If<Solving, Holder<Base>, Asked::solves()>;
     using FindsIslands = If<FindingIslands, Solves, Asked::findsIslands()>;
     using AppliesGravity = If<ApplyingGravity, FindsIslands, Asked::appliesGravity()>;
     using ClearsForces = If<ClearingForces, AppliesGravity, Asked::clearsForces()>;

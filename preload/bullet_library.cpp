@@ -73,8 +73,8 @@ Precision precisionOf(void* handle)
     return symbol->st_size == sizeof(double) ? Precision::Double : Precision::Unknown;
 }
 
-/// Null, with a message, if this Bullet cannot be replaced.
-const Implementation* implementationFor(void* handle, const void* constructor, const char* path)
+/// Handle of the library of the implementation. Null, with a message, if this Bullet cannot be replaced.
+void* implementationFor(void* handle, const void* constructor, const char* path)
 {
     const Precision precision = precisionOf(handle);
     if (precision == Precision::Unknown)
@@ -96,7 +96,7 @@ const Implementation* implementationFor(void* handle, const void* constructor, c
         printLine("%s: not the Bullet library that cullet was built for; left as it is", path);
         return nullptr;
     }
-    return reinterpret_cast<GetImplementation>(dlsym(own, kImplementationName))();
+    return own;
 }
 
 BulletLibrary* find(const void* base)
@@ -134,7 +134,9 @@ BulletLibrary* open(const void* constructor)
     for (std::size_t i = 0; i < kFunctionCount; ++i)
         library->functions[i] = dlsym(handle == nullptr ? RTLD_NEXT : handle, kFunctionNames[i]);
     if (handle != nullptr && !isDisabled())
-        library->implementation = implementationFor(handle, constructor, place.path);
+        library->implementationHandle = implementationFor(handle, constructor, place.path);
+    if (void* own = library->implementationHandle)
+        library->implementation = reinterpret_cast<GetImplementation>(dlsym(own, kImplementationName))();
     return publish(library);
 }
 }  // namespace
@@ -165,6 +167,27 @@ const BulletLibrary& knownLibraryFor(const void* caller)
 {
     const BulletLibrary* first = knownLibraries();
     return first != nullptr && first->next == nullptr ? *first : libraryFor(caller);
+}
+
+void* worldFunction(const BulletLibrary& bullet, WorldClass kind, WorldFunction function, const void* caller)
+{
+    const auto row = static_cast<std::size_t>(kind), column = static_cast<std::size_t>(function);
+    std::atomic<void*>& known = bullet.worldFunctions[row][column];
+    if (known.load(std::memory_order_acquire) == nullptr)
+        known.store(resolveFor(caller, kWorldFunctionNames[row][column]), std::memory_order_release);
+    return known.load(std::memory_order_acquire);
+}
+
+bool ownsWorlds(const BulletLibrary& bullet, const void* caller)
+{
+    if (bullet.implementation == nullptr)
+        return false;
+    const char* name = kWorldFunctionNames[0][0];
+    const void* constructor = worldFunction(bullet, WorldClass::Discrete, WorldFunction::Construct, caller);
+    if (dlsym(bullet.implementationHandle, name) == constructor)
+        return true;
+    bullet.implementation->keepWorld("a library of Bullet that cullet was not built for");
+    return false;
 }
 
 const BulletLibrary* knownLibraries()

@@ -5,6 +5,8 @@
 #include "cullet/preload/bullet_functions.h"
 #include "cullet/preload/implementation.h"
 
+#include <atomic>
+
 namespace cullet::preload
 {
 /// A library of this process that contains Bullet's functions.
@@ -13,7 +15,11 @@ struct BulletLibrary
     const void* base = nullptr;  ///< load address
     void* functions[kFunctionCount] = {};
     const Implementation* implementation = nullptr;  ///< null: this Bullet is not replaced
+    void* implementationHandle = nullptr;            ///< of dlopen()
     BulletLibrary* next = nullptr;
+
+    /// Functions of the worlds, which are in another of Bullet's libraries; null until worldFunction() has found them.
+    mutable std::atomic<void*> worldFunctions[kWorldClassCount][kWorldFunctionCount] = {};
 };
 
 /// The Bullet to which `caller` would be bound without the preloaded library: the first one in the process's global
@@ -25,6 +31,12 @@ const BulletLibrary& libraryFor(const void* caller);
 
 /// libraryFor() for calls on an object whose constructor has already called it; fast if there is one Bullet.
 const BulletLibrary& knownLibraryFor(const void* caller);
+
+/// A function of a world of Bullet's, as the caller would be bound to it without the preloaded library.
+void* worldFunction(const BulletLibrary& bullet, WorldClass kind, WorldFunction function, const void* caller);
+
+/// Whether cullet may make the worlds that `caller` constructs. Says once why not.
+bool ownsWorlds(const BulletLibrary& bullet, const void* caller);
 
 /// The head of the list of all libraries that libraryFor() has found, linked by `next`.
 const BulletLibrary* knownLibraries();

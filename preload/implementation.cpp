@@ -8,6 +8,7 @@
 #include "cullet/preload/settings.h"
 #include "cullet/preload/stand_in.h"
 #include "cullet/preload/summary.h"
+#include "cullet/preload/worlds.h"
 
 #include <BulletCollision/CollisionDispatch/btCollisionConfiguration.h>
 
@@ -75,11 +76,14 @@ void adopt(void* memory)
 
 void summarise()
 {
-    if (settings().hasSummary)
-        writeSummary();
+    if (!settings().hasSummary)
+        return;
+    writeSummary();
+    writeWorlds();
 }
 
-constexpr Implementation kImplementation{construct, adopt, summarise};
+constexpr Implementation kImplementation{construct,    adopt,     constructWorld,
+                                         destroyWorld, keepWorld, summarise};
 }  // namespace
 }  // namespace cullet::preload
 

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include "cullet/preload/world_functions.h"
+
 namespace cullet::preload
 {
 /// The functions of one precision's library for the preloaded library, which is independent of precision. None throws.
@@ -17,6 +19,21 @@ struct Implementation
 
     /// Registers ISA-GJK with a btCollisionDispatcher after Bullet's constructor.
     void (*adopt)(void* dispatcher);
+
+    /// Creates a stand-in for one of Bullet's worlds, if CULLET_WORLD is 1.
+    ///
+    /// @param memory as many bytes of the program as Bullet's class has
+    /// @return false: the memory is unchanged, and Bullet's constructor must run
+    bool (*constructWorld)(WorldClass kind, void* memory, const WorldArguments& arguments);
+
+    /// Destroys a stand-in for a world.
+    ///
+    /// @param how WorldFunction::Delete: frees the memory too
+    /// @return false: it is none, and Bullet's destructor must run
+    bool (*destroyWorld)(void* memory, WorldFunction how);
+
+    /// Says once that something keeps Bullet's own world, if CULLET_WORLD is 1.
+    void (*keepWorld)(const char* what);
 
     /// Writes the statistics to stderr, if the environment requires it.
     void (*summarise)();

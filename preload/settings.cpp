@@ -67,6 +67,7 @@ Settings read()
 {
     Settings result;
     result.replacesNarrowPhase = readFlag("CULLET_NARROW").value_or(true);
+    result.replacesWorld = readFlag("CULLET_WORLD").value_or(false);
     result.fillsTrees = readFlag("CULLET_TREES");
     result.hasSummary = readFlag("CULLET_STATS").value_or(false);
     if (!readFlag("CULLET_BOXES").value_or(true))

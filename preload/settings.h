@@ -14,6 +14,7 @@ struct Settings
 {
     bool replacesBroadphase = true;   ///< CULLET_BACKEND is not dbvt
     bool replacesNarrowPhase = true;  ///< CULLET_NARROW is not 0
+    bool replacesWorld = false;       ///< CULLET_WORLD is 1
     std::optional<bool> fillsTrees;   ///< CULLET_TREES; otherwise set if the program seems to need them
     bool hasSummary = false;          ///< CULLET_STATS
     BroadphaseOptions broadphase;
