@@ -3,6 +3,7 @@
 #include "cullet/demos/scenes/worlds/hull_worlds.h"
 
 #include "cullet/demos/scenes/bodies/body_shapes.h"
+#include "cullet/demos/scenes/worlds/lattice_mesh.h"
 
 #include <algorithm>
 #include <cmath>
@@ -43,24 +44,56 @@ public:
     }
 };
 
+/// Eight random hulls.
+std::unique_ptr<BodyShapes> makeHullKinds(std::size_t points, std::uint64_t seed)
+{
+    constexpr std::size_t kHullKinds = 8;
+    auto shapes = std::make_unique<BodyShapes>();
+    for (const HullPoints& hull : makeRandomHulls(kHullKinds, points, seed))
+        shapes->addHull(hull);
+    return shapes;
+}
+
+/// Hills and the hulls that fall onto them.
+struct HillsLayout
+{
+    std::uint32_t perSide;  ///< hulls of a layer
+    int reach;              ///< of the mesh, on each side, metres
+    btScalar spacing;       ///< of the hulls, metres
+};
+
+/// Four layers of hulls above a mesh that is hardly wider.
+HillsLayout layoutOfHills(std::uint32_t bodies)
+{
+    const auto perSide = static_cast<std::uint32_t>(std::ceil(std::sqrt((bodies + 3) / 4)));
+    return {perSide, static_cast<int>(perSide) + 3, btScalar(1.4)};
+}
+
+/// One layer of hulls above 25 triangles for each.
+HillsLayout layoutOfTerrain(std::uint32_t bodies)
+{
+    constexpr int kRim = 4;
+    const auto perSide = static_cast<std::uint32_t>(std::ceil(std::sqrt(bodies)));
+    const int reach = std::max(kRim + 1, static_cast<int>(std::ceil(std::sqrt(25.0 * bodies / 8))));
+    return {perSide, reach, btScalar(2 * (reach - kRim)) / btScalar(perSide)};
+}
+
 class HillsWorld : public WorldScene
 {
 public:
-    HillsWorld(const std::string& name, NamedBroadphase broadphase, const WorldSceneOptions& scene)
-        : WorldScene(name, std::move(broadphase), scene),
-          m_perSide(static_cast<std::uint32_t>(std::ceil(std::sqrt((scene.bodies + 3) / 4)))),
-          m_reach(static_cast<int>(m_perSide) + 3)
+    HillsWorld(const std::string& name, NamedBroadphase broadphase, const WorldSceneOptions& scene,
+               const HillsLayout& layout)
+        : WorldScene(name, std::move(broadphase), scene), m_layout(layout)
     {
         addMesh();
         addHulls();
     }
 
 private:
-    static constexpr btScalar kSpacing = btScalar(1.4);
-
     btVector3 cornerAt(int x, int z) const
     {
-        const int rim = std::max({std::abs(x), std::abs(z), m_reach - 2}) - (m_reach - 2);
+        const int inner = m_layout.reach - 2;
+        const int rim = std::max({std::abs(x), std::abs(z), inner}) - inner;
         const btScalar height = btScalar(0.6) * btSin(btScalar(x)) * btCos(btScalar(0.8) * btScalar(z));
         return btVector3(btScalar(x), height + btScalar(3 * rim), btScalar(z));
     }
@@ -68,36 +101,51 @@ private:
     void addMesh()
     {
         btTriangleMesh& mesh = makeShape<btTriangleMesh>();
-        for (int x = -m_reach; x < m_reach; ++x)
-        {
-            for (int z = -m_reach; z < m_reach; ++z)
-            {
-                mesh.addTriangle(cornerAt(x, z), cornerAt(x, z + 1), cornerAt(x + 1, z));
-                mesh.addTriangle(cornerAt(x + 1, z), cornerAt(x, z + 1), cornerAt(x + 1, z + 1));
-            }
-        }
+        addLattice(mesh, -m_layout.reach, m_layout.reach, [this](int x, int z) { return cornerAt(x, z); });
         addBody(makeShape<btBvhTriangleMeshShape>(&mesh, true), 0, btTransform::getIdentity());
     }
 
     void addHulls()
     {
-        constexpr std::size_t kHullKinds = 8;
-        BodyShapes& shapes = keep(std::make_unique<BodyShapes>());
-        for (const HullPoints& hull : makeRandomHulls(kHullKinds, options().hullPoints, options().seed))
-            shapes.addHull(hull);
+        const BodyShapes& shapes = keep(makeHullKinds(options().hullPoints, options().seed));
         SplitMix64 random(options().seed);
-        const btScalar centre = btScalar(m_perSide - 1) / 2;
+        const std::uint32_t perSide = m_layout.perSide;
+        const btScalar centre = btScalar(perSide - 1) / 2;
         for (std::uint32_t i = 0; i < options().bodies; ++i)
         {
-            const btVector3 cell(btScalar(i % m_perSide) - centre, btScalar(i / (m_perSide * m_perSide)),
-                                 btScalar(i / m_perSide % m_perSide) - centre);
-            const btTransform place(randomRotation(random), cell * kSpacing + btVector3(0, 2, 0));
+            const btVector3 cell(btScalar(i % perSide) - centre, btScalar(i / (perSide * perSide)),
+                                 btScalar(i / perSide % perSide) - centre);
+            const btTransform place(randomRotation(random), cell * m_layout.spacing + btVector3(0, 2, 0));
             addBody(*shapes.at(random.below(shapes.size())), 1, place);
         }
     }
 
-    std::uint32_t m_perSide;  ///< bodies of a layer
-    int m_reach;              ///< of the mesh, on each side
+    HillsLayout m_layout;
+};
+
+/// A lattice of spinning hulls without gravity. The spheres around them leave a gap of both margins, so that narrow
+/// phases look at all pairs of neighbours, and nothing pushes.
+class FreeHullsWorld : public WorldScene
+{
+public:
+    FreeHullsWorld(const std::string& name, NamedBroadphase broadphase, const WorldSceneOptions& scene)
+        : WorldScene(name, std::move(broadphase), scene)
+    {
+        constexpr std::size_t kPoints = 64;
+        world().setGravity(btVector3(0, 0, 0));
+        const BodyShapes& shapes = keep(makeHullKinds(kPoints, scene.seed));
+        SplitMix64 random(scene.seed);
+        const auto perSide = static_cast<std::uint32_t>(std::ceil(std::cbrt(scene.bodies)));
+        const btScalar spacing = 1 + 2 * CONVEX_DISTANCE_MARGIN;
+        for (std::uint32_t i = 0; i < scene.bodies; ++i)
+        {
+            const btVector3 cell(btScalar(i % perSide), btScalar(i / (perSide * perSide)),
+                                 btScalar(i / perSide % perSide));
+            const btTransform place(randomRotation(random), cell * spacing);
+            btRigidBody& body = addBody(*shapes.at(i % shapes.size()), 1, place);
+            body.setAngularVelocity(randomVector(random, btScalar(random.uniform(0.5f, 2))));
+        }
+    }
 };
 }  // namespace
 
@@ -110,7 +158,20 @@ std::unique_ptr<WorldScene> makeBarrelsScene(const std::string& name, NamedBroad
 std::unique_ptr<WorldScene> makeHillsScene(const std::string& name, NamedBroadphase broadphase,
                                            const WorldSceneOptions& options)
 {
-    return std::make_unique<HillsWorld>(name, std::move(broadphase), options);
+    return std::make_unique<HillsWorld>(name, std::move(broadphase), options, layoutOfHills(options.bodies));
+}
+
+std::unique_ptr<WorldScene> makeTerrainScene(const std::string& name, NamedBroadphase broadphase,
+                                             const WorldSceneOptions& options)
+{
+    return std::make_unique<HillsWorld>(name, std::move(broadphase), options,
+                                        layoutOfTerrain(options.bodies));
+}
+
+std::unique_ptr<WorldScene> makeFreeHullsScene(const std::string& name, NamedBroadphase broadphase,
+                                               const WorldSceneOptions& options)
+{
+    return std::make_unique<FreeHullsWorld>(name, std::move(broadphase), options);
 }
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

@@ -20,5 +20,15 @@ std::unique_ptr<WorldScene> makeBarrelsScene(const std::string& name, NamedBroad
 /// triangles with edges of 1 m: hills within a rim.
 std::unique_ptr<WorldScene> makeHillsScene(const std::string& name, NamedBroadphase broadphase,
                                            const WorldSceneOptions& options);
+
+/// Scene "terrain": as "hills", in one layer over 25 triangles for each hull, 100,000 for 4,000.
+std::unique_ptr<WorldScene> makeTerrainScene(const std::string& name, NamedBroadphase broadphase,
+                                             const WorldSceneOptions& options);
+
+/// Scene "free-hulls": random hulls of 64 vertices, eight different ones, spin by 0.5 to 2 rad/s in a lattice without
+/// gravity. The spheres of diameter 1 that hold them are two of Bullet's margins apart, so that boxes of neighbours
+/// overlap, narrow phases look at them, and the solver has next to nothing to do.
+std::unique_ptr<WorldScene> makeFreeHullsScene(const std::string& name, NamedBroadphase broadphase,
+                                               const WorldSceneOptions& options);
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

@@ -83,6 +83,39 @@ private:
     std::vector<Mover> m_movers;
 };
 
+class StaticsWorld : public WorldScene
+{
+public:
+    StaticsWorld(const std::string& name, NamedBroadphase broadphase, const WorldSceneOptions& scene)
+        : WorldScene(name, std::move(broadphase), scene), m_random(scene.seed)
+    {
+        const btScalar half = btScalar(0.5);
+        btCollisionShape& cube = makeShape<btBoxShape>(btVector3(half, half, half));
+        const auto perSide = static_cast<std::uint32_t>(std::ceil(std::sqrt(scene.bodies)));
+        const std::uint32_t tiles = kSquare * perSide;
+        for (std::uint32_t i = 0; i < tiles * tiles; ++i)
+            addBody(cube, 0,
+                    transformAt(btVector3(btScalar(i % tiles), draw(0.2f) - half, btScalar(i / tiles))));
+        for (std::uint32_t i = 0; i < scene.bodies; ++i)
+            addBody(cube, 1, placeIn(i % perSide, i / perSide));
+    }
+
+private:
+    static constexpr std::uint32_t kSquare = 8;
+
+    btScalar draw(float reach) { return btScalar(m_random.uniform(-reach, reach)); }
+
+    /// Above the middle of a square of the floor.
+    btTransform placeIn(std::uint32_t x, std::uint32_t z)
+    {
+        const btScalar middle = btScalar(kSquare - 1) / 2, shiftX = draw(2), shiftZ = draw(2);
+        return btTransform(randomRotation(m_random), btVector3(btScalar(kSquare * x) + middle + shiftX, 2,
+                                                               btScalar(kSquare * z) + middle + shiftZ));
+    }
+
+    SplitMix64 m_random;
+};
+
 class PlanetWorld : public WorldScene
 {
 public:
@@ -139,6 +172,12 @@ std::unique_ptr<WorldScene> makeStaticScene(const std::string& name, NamedBroadp
                                             const WorldSceneOptions& options)
 {
     return std::make_unique<StaticWorld>(name, std::move(broadphase), options);
+}
+
+std::unique_ptr<WorldScene> makeStaticsScene(const std::string& name, NamedBroadphase broadphase,
+                                             const WorldSceneOptions& options)
+{
+    return std::make_unique<StaticsWorld>(name, std::move(broadphase), options);
 }
 
 std::unique_ptr<WorldScene> makePlanetScene(const std::string& name, NamedBroadphase broadphase,

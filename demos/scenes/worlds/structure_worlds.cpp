@@ -114,7 +114,37 @@ private:
     std::uint32_t m_left;
     btCollisionShape* m_card = nullptr;
 };
+
+class PyramidWorld : public WorldScene
+{
+public:
+    PyramidWorld(const std::string& name, NamedBroadphase broadphase, const WorldSceneOptions& scene)
+        : WorldScene(name, std::move(broadphase), scene)
+    {
+        addFloor();
+        const btScalar half = btScalar(0.5), spacing = btScalar(1.05);
+        btCollisionShape& cube = makeShape<btBoxShape>(btVector3(half, half, half));
+        auto length = static_cast<std::uint32_t>(std::ceil((std::sqrt(8.0 * scene.bodies + 1) - 1) / 2));
+        std::uint32_t row = 0, inRow = 0;
+        for (std::uint32_t i = 0; i < scene.bodies; ++i)
+        {
+            const btScalar x = (btScalar(inRow) - btScalar(length - 1) / 2) * spacing;
+            addBody(cube, 1, transformAt(btVector3(x, half + btScalar(row), 0)));
+            if (++inRow < length)
+                continue;
+            inRow = 0;
+            ++row;
+            --length;
+        }
+    }
+};
 }  // namespace
+
+std::unique_ptr<WorldScene> makePyramidScene(const std::string& name, NamedBroadphase broadphase,
+                                             const WorldSceneOptions& options)
+{
+    return std::make_unique<PyramidWorld>(name, std::move(broadphase), options);
+}
 
 std::unique_ptr<WorldScene> makeWallScene(const std::string& name, NamedBroadphase broadphase,
                                           const WorldSceneOptions& options)

@@ -26,5 +26,10 @@ std::unique_ptr<WorldScene> makeDominoScene(const std::string& name, NamedBroadp
 /// Friction 1. The time of their collapse is not prescribed.
 std::unique_ptr<WorldScene> makeCardsScene(const std::string& name, NamedBroadphase broadphase,
                                            const WorldSceneOptions& options);
+
+/// Scene "pyramid": cubes of 1 m in rows, each shorter by one than the row below and each cube on two others, 0.05
+/// apart. The top is as complete as the number of bodies allows; 990 are 44 rows.
+std::unique_ptr<WorldScene> makePyramidScene(const std::string& name, NamedBroadphase broadphase,
+                                             const WorldSceneOptions& options);
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

@@ -4,10 +4,12 @@
 #include "cullet/demos/scenes/bodies/world_scene.h"
 #include "cullet/demos/scenes/worlds/actor_worlds.h"
 #include "cullet/demos/scenes/worlds/compound_worlds.h"
+#include "cullet/demos/scenes/worlds/convex_mesh_world.h"
 #include "cullet/demos/scenes/worlds/file_world.h"
 #include "cullet/demos/scenes/worlds/flying_world.h"
 #include "cullet/demos/scenes/worlds/heap_worlds.h"
 #include "cullet/demos/scenes/worlds/hull_worlds.h"
+#include "cullet/demos/scenes/worlds/ragdolls_world.h"
 #include "cullet/demos/scenes/worlds/soft_world.h"
 #include "cullet/demos/scenes/worlds/space_worlds.h"
 #include "cullet/demos/scenes/worlds/structure_worlds.h"
@@ -28,6 +30,11 @@ const std::vector<WorldSceneInfo>& worldScenes()
          makeHullsScene},
         {"barrels", "barrels of 44 points stand in columns", 960, 1e3, makeBarrelsScene},
         {"hills", "random hulls of 20 points fall onto a mesh of triangles", 1000, 1e3, makeHillsScene},
+        {"terrain", "random hulls of 20 points fall onto 25 triangles each", 4000, 1e3, makeTerrainScene},
+        {"free-hulls", "hulls of 64 points spin side by side, without gravity", 10000, 1e3,
+         makeFreeHullsScene},
+        {"convex-mesh", "boxes, spheres, capsules and hulls fall onto a mesh; Jolt's ConvexVsMesh", 1764, 1e3,
+         makeConvexMeshScene},
         {"compounds", "compounds of five hulls fall into a walled square", 216, 1e3, makeCompoundsScene},
         {"robots", "multibodies with four driven wheels each, on a walled floor", 25, 1e3, makeRobotsScene},
         {"thesis", "spheres of 80 triangles, uniform, random velocities; no response", 4000, 1e4,
@@ -42,14 +49,17 @@ const std::vector<WorldSceneInfo>& worldScenes()
          makePourScene},
         {"pile", "cubes in a dense heap on an open floor", 4000, 1e3, makePileScene},
         {"wall", "a ball flies into a wall of bricks", 1000, 1e3, makeWallScene},
+        {"pyramid", "cubes in rows, each on two others", 990, 1e3, makePyramidScene},
         {"domino", "dominoes along a spiral, the first one falls", 500, 1e3, makeDominoScene},
         {"cards", "houses of cards, four storeys each", 260, 1e3, makeCardsScene},
         {"static", "a million static cubes and 100 that fly among them", 1000000, 1e4, makeStaticScene},
+        {"statics", "cubes fall onto a floor of 64 static cubes for each", 1000, 1e3, makeStaticsScene},
         {"planet", "boxes over six decades of size go round a planet", 10000, 1e7, makePlanetScene},
         {"stampede", "ray-cast vehicles over bumps, each with a ghost around it", 400, 1e4,
          makeStampedeScene},
         {"soft", "soft balls and rigid cubes fall into a walled square", 64, 1e3, makeSoftScene},
         {"crowd", "kinematic characters walk through each other's ways", 400, 1e3, makeCrowdScene},
+        {"ragdolls", "dolls of eleven capsules and ten joints fall", 3300, 1e3, makeRagdollsScene},
         {"file", "rigid bodies and constraints of a .bullet file (--file)", 100000, 1e5, makeFileScene},
     };
     return scenes;

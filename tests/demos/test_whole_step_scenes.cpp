@@ -1,0 +1,103 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "cullet/tests/demos/scene_support.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+// The scenes on which `cullet bench world` compares whole steps.
+namespace cullet
+{
+namespace
+{
+int countTriangles(WorldScene& scene)
+{
+    struct Counter : btTriangleCallback
+    {
+        void processTriangle(btVector3*, int, int) override { ++count; }
+        int count = 0;
+    } counter;
+    for (int i = 0; i < scene.world().getNumCollisionObjects(); ++i)
+    {
+        const btCollisionShape& shape = *object(scene, i).getCollisionShape();
+        const btVector3 far(1000, 1000, 1000);
+        if (shape.isConcave() && shape.getShapeType() != STATIC_PLANE_PROXYTYPE)
+            static_cast<const btConcaveShape&>(shape).processAllTriangles(&counter, -far, far);
+    }
+    return counter.count;
+}
+
+TEST(WholeStepScenes, HaveTheirPublishedSizes)
+{
+    EXPECT_EQ(countObjects(*make("convex-mesh", 0), moves), 1764);
+    EXPECT_EQ(countTriangles(*make("convex-mesh", 4)), 20000);
+    EXPECT_EQ(countObjects(*make("pyramid", 0), moves), 990);
+    EXPECT_EQ(countObjects(*make("ragdolls", 0), moves), 3300);
+    EXPECT_EQ(make("ragdolls", 0)->world().getNumConstraints(), 3000);
+    EXPECT_EQ(countTriangles(*make("terrain", 4000)), 224 * 224 * 2);
+    const auto statics = make("statics", 0);
+    EXPECT_EQ(countObjects(*statics, moves), 1000);
+    EXPECT_EQ(statics->world().getNumCollisionObjects(), 65536 + 1000);
+}
+
+TEST(WholeStepScenes, KeepPyramidStanding)
+{
+    const auto pyramid = make("pyramid", 55);
+    stepMany(*pyramid, 120);
+    double highest = 0;
+    for (int i = 1; i <= 55; ++i)
+        highest = std::max(highest, double(origin(*pyramid, i).y()));
+    EXPECT_NEAR(highest, 9.5, 0.05) << "ten rows";
+    // Each of 45 cubes on two others, ten on the floor.
+    EXPECT_EQ(pyramid->contactPairCount(), 100u);
+}
+
+TEST(WholeStepScenes, SpinFreeHullsThatHardlyTouch)
+{
+    const auto hulls = make("free-hulls", 64);
+    const std::uint64_t pairs = hulls->pairCount();
+    std::vector<btVector3> before;
+    for (int i = 0; i < 64; ++i)
+        before.push_back(origin(*hulls, i));
+    stepMany(*hulls, 60);
+    EXPECT_GT(hulls->pairCount(), 200u) << "boxes of neighbours overlap; at the start " << pairs;
+    for (int i = 0; i < 64; ++i)
+    {
+        EXPECT_LT((origin(*hulls, i) - before[static_cast<std::size_t>(i)]).length(), btScalar(0.05)) << i;
+        EXPECT_GT(btRigidBody::upcast(&object(*hulls, i))->getAngularVelocity().length(), btScalar(0.3)) << i;
+    }
+}
+
+TEST(WholeStepScenes, HoldLimbsOfRagdollsTogether)
+{
+    const auto dolls = make("ragdolls", 44);
+    EXPECT_EQ(dolls->options().bodies, 44u);
+    stepMany(*dolls, 200);
+    EXPECT_GT(dolls->lowestHeight(), btScalar(0.02)) << "above the floor";
+    double highest = 0;
+    for (int i = 1; i <= 44; ++i)
+        highest = std::max(highest, double(origin(*dolls, i).y()));
+    EXPECT_LT(highest, 1.2) << "fallen";
+    for (int i = 0; i < dolls->world().getNumConstraints(); ++i)
+    {
+        btTypedConstraint& joint = *dolls->world().getConstraint(i);
+        const btVector3 a = joint.getRigidBodyA().getWorldTransform().getOrigin();
+        const btVector3 b = joint.getRigidBodyB().getWorldTransform().getOrigin();
+        EXPECT_LT((a - b).length(), btScalar(0.7)) << i << ": no limb is longer";
+    }
+}
+
+TEST(WholeStepScenes, RestCubesOnStaticFloorAndHullsOnTerrain)
+{
+    for (const std::string name : {"statics", "terrain", "convex-mesh"})
+    {
+        const auto scene = make(name, 36);
+        stepMany(*scene, 240);
+        EXPECT_GT(scene->lowestHeight(), btScalar(-1)) << name << ": nothing falls through or over the rim";
+        EXPECT_GT(scene->contactPairCount(), 30u) << name;
+    }
+}
+
+}  // namespace
+}  // namespace cullet
