@@ -13,6 +13,9 @@
 
 include_guard(GLOBAL)
 
+set(CULLET_THREADSAFE_BULLET "" CACHE PATH
+    "Prefix of a Bullet in single precision that was built with BT_THREADSAFE (BULLET2_MULTITHREADING); used in place of the system's")
+
 function(cullet_import_bullet precision)
     set(result "${ARGV1}")
     set(problem "")
@@ -32,6 +35,11 @@ function(cullet_import_bullet precision)
         set(configs BulletConfig-float64.cmake BulletConfig.cmake)
     endif()
     set(CMAKE_FIND_PACKAGE_PREFER_CONFIG TRUE)
+    set(is_threadsafe FALSE)
+    if(precision STREQUAL "float" AND CULLET_THREADSAFE_BULLET)
+        set(is_threadsafe TRUE)
+        set(Bullet_ROOT "${CULLET_THREADSAFE_BULLET}")
+    endif()
     find_package(Bullet CONFIG QUIET NAMES Bullet bullet CONFIGS ${configs})
     # The result is cached under one name for both precisions and would be reused with the other file.
     set(config "${Bullet_CONFIG}")
@@ -48,6 +56,10 @@ function(cullet_import_bullet precision)
         elseif(precision STREQUAL "float" AND is_double)
             set(problem "${config} is a double build")
         endif()
+    endif()
+
+    if(is_threadsafe AND NOT config MATCHES "^${CULLET_THREADSAFE_BULLET}/")
+        set(problem "no ${configs} in CULLET_THREADSAFE_BULLET, ${CULLET_THREADSAFE_BULLET}")
     endif()
 
     if(NOT problem)
@@ -100,6 +112,9 @@ function(cullet_import_bullet precision)
         INTERFACE_LINK_LIBRARIES "${files}")
     if(is_double)
         set_property(TARGET bullet::${precision} PROPERTY INTERFACE_COMPILE_DEFINITIONS BT_USE_DOUBLE_PRECISION)
+    endif()
+    if(is_threadsafe)
+        set_property(TARGET bullet::${precision} APPEND PROPERTY INTERFACE_COMPILE_DEFINITIONS BT_THREADSAFE=1)
     endif()
     if(result)
         set(${result} TRUE PARENT_SCOPE)

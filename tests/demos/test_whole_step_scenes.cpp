@@ -1,10 +1,13 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
+#include "cullet/demos/program/exit_code.h"
+#include "cullet/demos/scenes/bodies/mt_world.h"
 #include "cullet/tests/demos/scene_support.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <thread>
 
 // The scenes on which `cullet bench world` compares whole steps.
 namespace cullet
@@ -96,6 +99,53 @@ TEST(WholeStepScenes, RestCubesOnStaticFloorAndHullsOnTerrain)
         stepMany(*scene, 240);
         EXPECT_GT(scene->lowestHeight(), btScalar(-1)) << name << ": nothing falls through or over the rim";
         EXPECT_GT(scene->contactPairCount(), 30u) << name;
+    }
+}
+
+TEST(WorldScene, TellsItsThreads)
+{
+    WorldSceneOptions options = makeOptions(10, "dbvt");
+    options.threads = 3;
+    EXPECT_EQ(makeWorldScene("boxes", options)->threads(), 1) << "nothing of it uses threads";
+    options.narrow = "dispatcher";
+    EXPECT_EQ(makeWorldScene("boxes", options)->threads(), 3);
+    options.narrow = "bullet";
+    options.update = "parallel";
+    EXPECT_EQ(makeWorldScene("boxes", options)->threads(), 3);
+    options.update = "bullet";
+    options.backend = "grid";
+    options.threads = 0;
+    EXPECT_EQ(makeWorldScene("boxes", options)->threads(), int(std::thread::hardware_concurrency()));
+}
+
+TEST(WorldScene, MakesBulletsMultithreadedWorldOrSaysWhyNot)
+{
+    WorldSceneOptions options = makeOptions(30, "dbvt");
+    options.threads = 2;
+    const auto serial = makeWorldScene("boxes", options);
+    options.isMt = true;
+    if (isBulletThreadSafe())
+    {
+        const auto parallel = makeWorldScene("boxes", options);
+        EXPECT_EQ(parallel->threads(), 2);
+        stepMany(*serial, 60);
+        stepMany(*parallel, 60);
+        EXPECT_NEAR(parallel->lowestHeight(), serial->lowestHeight(), 0.05);
+        EXPECT_GT(parallel->contactPairCount(), 20u);
+        options.bodies = 4;
+        EXPECT_THROW(makeWorldScene("soft", options), ProgramError);
+        return;
+    }
+    try
+    {
+        makeWorldScene("boxes", options);
+        FAIL() << "no exception";
+    }
+    catch (const ProgramError& error)
+    {
+        EXPECT_EQ(error.code(), kExitUnavailable);
+        EXPECT_NE(std::string(error.what()).find("CULLET_THREADSAFE_BULLET"), std::string::npos)
+            << error.what();
     }
 }
 

@@ -3,12 +3,14 @@
 #include "cullet/demos/scenes/bodies/world_scene.h"
 
 #include "cullet/demos/program/exit_code.h"
+#include "cullet/demos/scenes/bodies/mt_world.h"
 #include "cullet/demos/scenes/bodies/parallel_world.h"
 #include "cullet/plugin/convex_dispatcher.h"
 
 #include <BulletCollision/CollisionDispatch/btGhostObject.h>
 
 #include <algorithm>
+#include <thread>
 
 namespace cullet
 {
@@ -19,6 +21,8 @@ namespace
 std::unique_ptr<btCollisionDispatcher> makeDispatcher(const WorldSceneOptions& options,
                                                       btDefaultCollisionConfiguration& configuration)
 {
+    if (options.isMt)
+        return makeMtDispatcher(configuration, options.threads);
     if (options.narrow == "dispatcher")
     {
         DispatcherOptions own;
@@ -39,11 +43,21 @@ std::unique_ptr<btDiscreteDynamicsWorld> makeWorld(const WorldKind& kind, const 
                                                    btConstraintSolver& solver,
                                                    btCollisionConfiguration& configuration)
 {
-    if (options.update == "bullet")
+    if (options.update == "bullet" && !options.isMt)
         return kind.makeWorld(dispatcher, broadphase, solver, configuration);
-    if (options.update != "parallel")
+    if (options.update != "parallel" && !options.isMt)
         throw ProgramError(kExitUsage, "no update of boxes '" + options.update + "'");
     return kind.makeParallelWorld(dispatcher, broadphase, solver, configuration, options.threads);
+}
+
+/// The classes for a scene that asks for `kind`.
+const WorldKind& kindFor(const WorldKind& kind, const WorldSceneOptions& options)
+{
+    if (!options.isMt)
+        return kind;
+    if (&kind != &rigidWorld())
+        throw ProgramError(kExitUnavailable, "Bullet's multithreaded world has rigid bodies only");
+    return mtWorld();
 }
 }  // namespace
 
@@ -94,12 +108,13 @@ WorldScene::WorldScene(std::string name, NamedBroadphase broadphase, const World
     : m_name(std::move(name)),
       m_options(options),
       m_broadphase(std::move(broadphase)),
-      m_configuration(kind.makeConfiguration()),
+      m_configuration(kindFor(kind, options).makeConfiguration()),
       m_dispatcher(makeDispatcher(options, *m_configuration)),
-      m_solver(kind.makeSolver())
+      m_solver(kindFor(kind, options).makeSolver())
 {
     const MarginScope margin(m_broadphase.margin);
-    m_world = makeWorld(kind, options, *m_dispatcher, *m_broadphase.broadphase, *m_solver, *m_configuration);
+    m_world = makeWorld(kindFor(kind, options), options, *m_dispatcher, *m_broadphase.broadphase, *m_solver,
+                        *m_configuration);
 }
 
 WorldScene::~WorldScene()
@@ -188,6 +203,15 @@ PhaseTimes WorldScene::step()
                                    change();
                                    m_world->stepSimulation(m_options.dt, 0);
                                });
+}
+
+int WorldScene::threads() const
+{
+    const bool isSerial = m_broadphase.cullet == nullptr && m_options.narrow != "dispatcher" &&
+                          m_options.update == "bullet" && !m_options.isMt;
+    if (isSerial)
+        return 1;
+    return m_options.threads > 0 ? m_options.threads : static_cast<int>(std::thread::hardware_concurrency());
 }
 
 std::uint64_t WorldScene::pairCount() const

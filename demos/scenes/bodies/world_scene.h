@@ -30,10 +30,11 @@ struct WorldSceneOptions
     std::string narrow = "bullet";       ///< narrow phase: one of narrowPhaseNames()
     std::string backend = "auto";        ///< broad phase: one of broadphaseNames()
     std::string update = "bullet";       ///< update of the boxes: one of boxUpdateNames()
-    int threads = 0;                     ///< of backend, narrow and update; 0: as many as the machine has
-    std::vector<HullPoints> hulls;       ///< shapes for the scenes that take meshes
-    std::size_t hullPoints = 20;         ///< vertices of a random hull
-    std::string file;                    ///< the .bullet file of scene "file"
+    bool isMt = false;                   ///< Bullet's own multithreaded world; narrow and update are ignored
+    int threads = 0;                ///< of backend, narrow, update and isMt; 0: as many as the machine has
+    std::vector<HullPoints> hulls;  ///< shapes for the scenes that take meshes
+    std::size_t hullPoints = 20;    ///< vertices of a random hull
+    std::string file;               ///< the .bullet file of scene "file"
 };
 
 /// "bullet"; "isa-gjk": Bullet's dispatcher with registerIsaGjk(); "dispatcher": cullet::Dispatcher.
@@ -82,6 +83,9 @@ public:
     const btDiscreteDynamicsWorld& world() const noexcept { return *m_world; }
     const NamedBroadphase& broadphase() const noexcept { return m_broadphase; }
     const WorldSceneOptions& options() const noexcept { return m_options; }
+
+    /// The most threads that a step may use; 1 if nothing but Bullet's serial parts makes the world.
+    int threads() const;
 
     /// The ray-cast vehicles, whose wheels are no objects of the world.
     virtual std::vector<const btRaycastVehicle*> vehicles() const { return {}; }
@@ -195,7 +199,8 @@ BroadphaseRequest requestForScene(std::string_view name, const WorldSceneOptions
 /// Makes a scene with the broad phase options.backend.
 ///
 /// @throws std::invalid_argument for an unknown scene, backend or narrow phase, listing the known ones; ProgramError
-///         (kExitInput) for a file that cannot be read; std::runtime_error if a backend cannot run here
+///         (kExitInput) for a file that cannot be read, (kExitUnavailable) for isMt with a Bullet library without
+///         threads or a scene of soft bodies or multibodies; std::runtime_error if a backend cannot run here
 std::unique_ptr<WorldScene> makeWorldScene(std::string_view name, const WorldSceneOptions& options);
 
 /// makeWorldScene() with the caller's broad phase; options.backend is ignored.
