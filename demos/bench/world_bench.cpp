@@ -2,14 +2,14 @@
 // SPDX-License-Identifier: Zlib
 #include "cullet/demos/bench/world_bench.h"
 
+#include "cullet/demos/bench/world_report.h"
+#include "cullet/demos/drop/pair_audit.h"
+#include "cullet/demos/program/exit_code.h"
+#include "cullet/demos/program/files/hash_check.h"
 #include "cullet/demos/program/interrupt.h"
-#include "cullet/demos/program/precision.h"
 #include "cullet/demos/program/progress.h"
-#include "cullet/demos/program/statistics.h"
 
 #include <algorithm>
-#include <cstdio>
-#include <memory>
 
 namespace cullet
 {
@@ -17,39 +17,34 @@ inline namespace CULLET_PRECISION
 {
 namespace
 {
-struct WindowSample
-{
-    std::vector<PhaseTimes> steps;
-    std::uint64_t pairs = 0;
-    std::uint64_t contactPairs = 0;
-    std::uint64_t stateHash = 0;
-};
+/// Steps of one world before the next world's turn: as in `cullet run`.
+constexpr std::uint32_t kBlock = 5;
 
-struct WorldRunner
+/// Parts without threads make one world.
+bool isRepeated(const std::vector<WorldRunner>& runners, const WorldParts& parts, const WorldScene& world)
 {
-    std::unique_ptr<WorldScene> world;
-    std::vector<WindowSample> windows;
-};
+    return world.threads() == 1 &&
+           std::any_of(runners.begin(), runners.end(),
+                       [&](const WorldRunner& other)
+                       { return other.parts == &parts && other.world->threads() == 1; });
+}
 
-std::vector<WorldRunner> makeRunners(const WorldOptions& options)
+std::vector<WorldRunner> makeRunners(const WorldOptions& options, bool mayRest)
 {
-    WorldSceneOptions world = options.world;
-    world.sleeping = false;
+    WorldSceneOptions scene = options.world;
+    scene.sleeping = mayRest;
     std::vector<WorldRunner> runners;
-    for (const std::string& backend : options.backends)
+    for (const WorldParts& parts : options.parts)
     {
-        world.backend = backend;
-        for (const std::string& narrow : options.narrow)
+        for (const int threads : options.threads)
         {
-            for (const std::string& update : options.updates)
-            {
-                world.narrow = narrow;
-                world.update = update;
-                WorldRunner runner;
-                runner.world = makeWorldScene(options.scene, world);
-                runner.windows.resize(options.windows.size());
+            WorldRunner runner;
+            runner.parts = &parts;
+            runner.world = makeWorldScene(options.scene, parts.options(scene, threads));
+            runner.title = titleOf(options, parts, *runner.world);
+            runner.windows.resize(options.windows.size());
+            if (!isRepeated(runners, parts, *runner.world))
                 runners.push_back(std::move(runner));
-            }
         }
     }
     return runners;
@@ -59,103 +54,104 @@ std::vector<WorldRunner> makeRunners(const WorldOptions& options)
 void traceSteps(const WorldOptions& options, std::vector<WorldRunner>& runners)
 {
     for (WorldRunner& runner : runners)
-    {
-        WorldScene& world = *runner.world;
-        const std::string name = world.broadphase().name + ", narrow " + world.options().narrow +
-                                 ", update " + world.options().update + ", " + options.scene + " of " +
-                                 std::to_string(world.options().bodies);
-        world.setTrace({options.trace, name});
-    }
+        runner.world->setTrace({options.trace, runner.title + ", " + options.scene + " of " +
+                                                   std::to_string(runner.world->options().bodies)});
 }
 
-void runStep(const WorldOptions& options, WorldRunner& runner, std::uint32_t step)
+/// Worlds of which the same bits are promised: cullet's broad phases all give the same pairs in the same order, and neither
+/// the number of threads nor cullet::World changes anything.
+std::string promiseOf(const WorldOptions& options, const WorldRunner& runner, const StepWindow& window)
 {
-    const PhaseTimes times = runner.world->step();
-    for (std::size_t i = 0; i < options.windows.size(); ++i)
+    const WorldScene& world = *runner.world;
+    const std::string broad = world.broadphase().cullet != nullptr ? "cullet" : world.broadphase().name;
+    return options.scene + ", " + window.name + ", broad phase " + broad + ", narrow phase " +
+           world.options().narrow;
+}
+
+void requireExactPairs(const WorldRunner& runner)
+{
+    btDiscreteDynamicsWorld& world = runner.world->world();
+    if (runner.world->broadphase().cullet == nullptr ||
+        digestCache(world) == digestExact(collectProxies(world)))
+        return;
+    throw ProgramError(kExitDisagreement, runner.title + ": the pairs are not the exact ones of the boxes");
+}
+
+/// All worlds of a run that have the same rule of sleeping.
+class WorldRun
+{
+public:
+    WorldRun(const WorldOptions& options, bool mayRest)
+        : m_options(options), m_mayRest(mayRest), m_runners(makeRunners(options, mayRest))
     {
-        const StepWindow& window = options.windows[i];
-        if (step < window.first || step >= window.end)
-            continue;
-        WindowSample& sample = runner.windows[i];
+        traceSteps(options, m_runners);
+    }
+
+    void run()
+    {
+        std::uint32_t steps = 0;
+        for (const StepWindow& window : m_options.windows)
+            steps = std::max(steps, window.mayRest == m_mayRest ? window.end : 0);
+        Progress progress("world " + m_options.scene, steps, m_options.quiet);
+        for (std::uint32_t done = 0; done < steps && !isInterrupted(); done += kBlock)
+        {
+            const std::uint32_t end = std::min(done + kBlock, steps);
+            for (std::size_t i = 0; i < m_runners.size(); ++i)
+                runBlock(m_runners[(i + done / kBlock) % m_runners.size()], done, end);
+            progress.show(end);
+        }
+    }
+
+    void report(ResultFile& file) const { reportWorlds(m_options, m_runners, file); }
+
+private:
+    void runBlock(WorldRunner& runner, std::uint32_t first, std::uint32_t end)
+    {
+        for (std::uint32_t step = first; step < end && !isInterrupted(); ++step)
+        {
+            const PhaseTimes times = runner.world->step();
+            for (std::size_t i = 0; i < m_options.windows.size(); ++i)
+                sample(runner, i, step, times);
+        }
+    }
+
+    void sample(WorldRunner& runner, std::size_t index, std::uint32_t step, const PhaseTimes& times)
+    {
+        const StepWindow& window = m_options.windows[index];
+        if (window.mayRest != m_mayRest || step < window.first || step >= window.end)
+            return;
+        WindowSample& sample = runner.windows[index];
         sample.steps.push_back(times);
         if (step + 1 != window.end)
-            continue;
+            return;
         sample.pairs = runner.world->pairCount();
         sample.contactPairs = runner.world->contactPairCount();
         sample.stateHash = runner.world->stateHash();
+        sample.quality = qualityOf(runner.world->world());
+        requireExactPairs(runner);
+        if (!runner.parts->isMt)
+            m_states.require(promiseOf(m_options, runner, window), runner.title, sample.pairs,
+                             sample.stateHash);
     }
-}
 
-Json makeRow(const WorldOptions& options, const WorldRunner& runner, std::size_t window,
-             const StepSample& sample)
-{
-    const Statistics times = summarise(sample.milliseconds);
-    const WindowSample& state = runner.windows[window];
-    return {{"benchmark", "world." + sample.name + "." + options.windows[window].name},
-            {"scene", options.scene},
-            {"backend", runner.world->broadphase().name},
-            {"narrow", runner.world->options().narrow},
-            {"update", runner.world->options().update},
-            {"precision", ownPrecision()},
-            {"threads", runner.world->broadphase().threads},
-            {"bodies", runner.world->options().bodies},
-            {"pairs", state.pairs},
-            {"median_ms", times.median},
-            {"p90_ms", times.p90},
-            {"min_ms", times.min},
-            {"hash", toHex(state.stateHash)},
-            {"mean_ms", times.mean},
-            {"contact_pairs", state.contactPairs},
-            {"steps", state.steps.size()}};
-}
-
-void printRow(const Json& row)
-{
-    std::printf("%-40s %-10s %-10s %-8s %8llu pairs %8llu touch  median %10.3f  mean %10.3f ms  %s\n",
-                row["benchmark"].get<std::string>().c_str(), row["backend"].get<std::string>().c_str(),
-                row["narrow"].get<std::string>().c_str(), row["update"].get<std::string>().c_str(),
-                row["pairs"].get<unsigned long long>(), row["contact_pairs"].get<unsigned long long>(),
-                row["median_ms"].get<double>(), row["mean_ms"].get<double>(),
-                row["hash"].get<std::string>().c_str());
-}
-
-void report(const WorldOptions& options, const std::vector<WorldRunner>& runners, ResultFile& file)
-{
-    for (std::size_t window = 0; window < options.windows.size(); ++window)
-    {
-        for (const WorldRunner& runner : runners)
-        {
-            // Interrupted before this window.
-            if (runner.windows[window].steps.empty())
-                continue;
-            for (const StepSample& sample : samplesOf(runner.windows[window].steps))
-            {
-                Json row = makeRow(options, runner, window, sample);
-                printRow(row);
-                file.addRow(std::move(row));
-            }
-        }
-    }
-}
+    const WorldOptions& m_options;
+    bool m_mayRest;
+    std::vector<WorldRunner> m_runners;
+    HashCheck m_states{"the pairs or transforms"};
+};
 }  // namespace
 
 void runWorldBench(const WorldOptions& options, ResultFile& file)
 {
-    std::vector<WorldRunner> runners = makeRunners(options);
-    traceSteps(options, runners);
-    std::uint32_t steps = 0;
-    for (const StepWindow& window : options.windows)
-        steps = std::max(steps, window.end);
+    for (const bool mayRest : {false, true})
     {
-        Progress progress("world " + options.scene, steps, options.quiet);
-        for (std::uint32_t step = 0; step < steps && !isInterrupted(); ++step)
-        {
-            for (std::size_t i = 0; i < runners.size(); ++i)
-                runStep(options, runners[(i + step) % runners.size()], step);
-            progress.show(step + 1);
-        }
+        const auto isMine = [&](const StepWindow& window) { return window.mayRest == mayRest; };
+        if (isInterrupted() || std::none_of(options.windows.begin(), options.windows.end(), isMine))
+            continue;
+        WorldRun run(options, mayRest);
+        run.run();
+        run.report(file);
     }
-    report(options, runners, file);
 }
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include "cullet/demos/bench/world_parts.h"
 #include "cullet/demos/program/files/result_file.h"
 #include "cullet/demos/program/files/trace_file.h"
 #include "cullet/demos/scenes/bodies/world_scene.h"
@@ -20,23 +21,26 @@ struct StepWindow
     std::string name;
     std::uint32_t first;
     std::uint32_t end;
+    bool mayRest = false;  ///< of worlds of their own, whose bodies may fall asleep
 };
 
 /// Options of `cullet bench world`.
 struct WorldOptions
 {
     std::string scene = "boxes";
-    WorldSceneOptions world;  ///< its backend, narrow and update are ignored; bodies never sleep
-    std::vector<std::string> backends = {"auto", "dbvt"};
-    std::vector<std::string> narrow = {"bullet"};   ///< each with each backend
-    std::vector<std::string> updates = {"bullet"};  ///< each with each backend and narrow phase
-    std::vector<StepWindow> windows = {{"falling", 20, 30}, {"settled", 180, 200}};
+    WorldSceneOptions world;  ///< its backend, narrow, update, threads and sleeping are ignored
+    std::vector<WorldParts> parts;
+    std::vector<int> threads = {0};  ///< each with each parts, except where parts have one thread
+    std::vector<StepWindow> windows;
     TraceFile* trace = nullptr;  ///< receives the phases of all steps
     bool quiet = false;
 };
 
-/// Benchmark "world.<phase>.<window>": whole steps of a Bullet world, phase by phase, one world per backend,
-/// narrow phase and update of the boxes, in turns step by step. A row per window, world and StepSample.
+/// Benchmark "world.<phase>.<window>": whole steps of a Bullet world, phase by phase, one world per parts and number of
+/// threads, in turns of a few steps. A row per window, world and StepSample, and a table per window.
+///
+/// @throws ProgramError (kExitDisagreement) if, at the end of a window, a broad phase of cullet has other pairs than the
+///         exact ones, or two worlds differ whose parts promise equal bits
 void runWorldBench(const WorldOptions& options, ResultFile& file);
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

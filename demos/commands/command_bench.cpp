@@ -5,8 +5,6 @@
 #include "cullet/demos/bench/events/event_scenes.h"
 #include "cullet/demos/bench/frames_bench.h"
 #include "cullet/demos/bench/named_backends.h"
-#include "cullet/demos/bench/world_bench.h"
-#include "cullet/demos/commands/scene_arguments.h"
 #include "cullet/demos/program/exit_code.h"
 #include "cullet/demos/program/interrupt.h"
 #include "cullet/demos/program/machine.h"
@@ -18,7 +16,6 @@
 #include <cstdio>
 #include <memory>
 #include <optional>
-#include <sstream>
 
 namespace cullet
 {
@@ -169,75 +166,6 @@ int benchBroad(BroadOptions options, bool hasBodies, const BroadFiles& files)
     return isInterrupted() ? kExitInterrupted : kExitOk;
 }
 
-/// "20:30" as a window of steps.
-StepWindow parseWindow(const std::string& name, const std::string& text)
-{
-    StepWindow window = {name, 0, 0};
-    char colon = '\0';
-    std::istringstream stream(text);
-    stream >> window.first >> colon >> window.end;
-    if (!stream || colon != ':' || !stream.eof() || window.first >= window.end)
-        throw ProgramError(kExitUsage, "--" + name + " '" + text + "': FIRST:END with FIRST < END expected");
-    return window;
-}
-
-/// The options of `cullet bench world` before parsing.
-struct WorldCommand
-{
-    SceneArguments scene;
-    WorldOptions options;
-    std::uint32_t steps = 200;
-    std::string falling, settled;  ///< "FIRST:END"; empty: by the number of steps
-    std::string json, csv, trace;
-};
-
-void setWindows(WorldCommand& command)
-{
-    const auto window = [](std::uint32_t first, std::uint32_t end)
-    { return std::to_string(first) + ":" + std::to_string(end); };
-    if (command.falling.empty())
-        command.falling =
-            window(command.steps / 10, std::max(command.steps / 10 + 1, command.steps * 3 / 20));
-    if (command.settled.empty())
-        command.settled = window(command.steps * 9 / 10, command.steps);
-    command.options.windows = {parseWindow("falling", command.falling),
-                               parseWindow("settled", command.settled)};
-}
-
-int benchWorld(WorldCommand command)
-{
-    WorldOptions& options = command.options;
-    options.scene = command.scene.scene;
-    requireReleaseBuild();
-    requireWorldScene(options.scene);
-    setWindows(command);
-    ResultFile file({{"command", "bench world"},
-                     {"scene", options.scene},
-                     {"bodies", command.scene.world.bodies},
-                     {"steps", command.steps},
-                     {"falling", command.falling},
-                     {"settled", command.settled},
-                     {"backend", options.backends},
-                     {"narrow", options.narrow},
-                     {"update", options.updates},
-                     {"threads", command.scene.world.threads},
-                     {"seed", command.scene.world.seed},
-                     {"dt", command.scene.dt},
-                     {"mesh", command.scene.meshes},
-                     {"file", command.scene.world.file},
-                     {"hull_points", command.scene.world.hullPoints},
-                     {"precision", ownPrecision()}},
-                    command.json, command.csv);
-    std::optional<TraceFile> trace;
-    options.trace = openTrace(trace, command.trace);
-    printHead();
-    options.world = resolveScene(command.scene);
-    runWorldBench(options, file);
-    file.save();
-    closeTrace(trace);
-    return isInterrupted() ? kExitInterrupted : kExitOk;
-}
-
 void addBroad(CLI::App& bench, Action& chosen)
 {
     CLI::App* command =
@@ -291,51 +219,6 @@ void addBroad(CLI::App& bench, Action& chosen)
     command->callback([=, &chosen]
                       { chosen = [=] { return benchBroad(*options, bodies->count() > 0, *files); }; });
 }
-
-void addWorldOptions(CLI::App& command, WorldCommand& options)
-{
-    command.add_option("--backend", options.options.backends, "one or several broad phases ('cullet list')")
-        ->delimiter(',')
-        ->capture_default_str();
-    command.add_option("--narrow", options.options.narrow, "one or several narrow phases")
-        ->delimiter(',')
-        ->capture_default_str()
-        ->check(CLI::IsMember(narrowPhaseNames()));
-    command.add_option("--update", options.options.updates, "of the boxes, one or both")
-        ->delimiter(',')
-        ->capture_default_str()
-        ->check(CLI::IsMember(boxUpdateNames()));
-    command.add_option("--hull-points", options.scene.world.hullPoints, "vertices of a hull, scene hulls")
-        ->capture_default_str()
-        ->check(CLI::Range(4, 10000));
-    command.add_option("--steps", options.steps, "steps of each world")
-        ->capture_default_str()
-        ->check(CLI::Range(10, 100000000));
-    command.add_option("--falling", options.falling,
-                       "steps FIRST:END that count as falling; default: the third twentieth");
-    command.add_option("--settled", options.settled,
-                       "steps FIRST:END that count as settled; default: the last tenth");
-    command.add_option("--trace", options.trace,
-                       "write every phase of every step to this file, for Perfetto");
-}
-
-void addWorld(CLI::App& bench, Action& chosen)
-{
-    CLI::App* command = bench.add_subcommand("world", "Whole steps of a Bullet world, phase by phase");
-    command->footer(
-        "Examples:\n"
-        "  cullet bench world --scene hulls --bodies 4000 --backend grid,dbvt\n"
-        "  cullet bench world --scene hulls --backend grid --narrow bullet,isa-gjk,dispatcher\n"
-        "  cullet bench world --scene pour --steps 400 --trace pour.json\n");
-    const auto options = std::make_shared<WorldCommand>();
-    options->scene.scene = options->options.scene;
-    addSceneArguments(*command, options->scene);
-    addWorldOptions(*command, *options);
-    command->add_option("--json", options->json, "write results to this file");
-    command->add_option("--csv", options->csv, "write results to this file");
-    command->add_flag("--quiet", options->options.quiet, "no progress bar");
-    command->callback([options, &chosen] { chosen = [options] { return benchWorld(*options); }; });
-}
 }  // namespace
 
 void addBenchCommand(CLI::App& program, Action& chosen)
@@ -344,7 +227,7 @@ void addBenchCommand(CLI::App& program, Action& chosen)
     command->require_subcommand(1);
     command->footer("Example:\n  cullet bench world --scene hulls --bodies 4000 --backend grid,dbvt\n");
     addBroad(*command, chosen);
-    addWorld(*command, chosen);
+    addWorldBench(*command, chosen);
     addNarrowBench(*command, chosen);
     addCudaBench(*command, chosen);
 }

@@ -26,6 +26,9 @@ void requireReleaseBuild();
 /// Prints the machine, the commit and the precision.
 void printHead();
 
+/// Adds `bench world`.
+void addWorldBench(CLI::App& bench, Action& chosen);
+
 /// Adds `bench narrow`.
 void addNarrowBench(CLI::App& bench, Action& chosen);
 

@@ -104,6 +104,7 @@ void addRecordCommand(CLI::App& program, Action& chosen)
         "file.\n");
     const auto options = std::make_shared<RecordOptions>();
     addSceneArguments(*command, options->scene);
+    addThreadsArgument(*command, options->scene);
     addPhaseArguments(*command, options->scene);
     command->add_option("--steps", options->steps, "steps to record")
         ->capture_default_str()

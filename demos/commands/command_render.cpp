@@ -256,6 +256,7 @@ void addRenderCommand(CLI::App& program, Action& chosen)
         "  cullet render --scene drop --bodies 400 --gltf drop.gltf\n");
     const auto options = std::make_shared<RenderOptions>();
     addSceneArguments(*command, options->scene);
+    addThreadsArgument(*command, options->scene);
     addPhaseArguments(*command, options->scene);
     addFilmOptions(*command, *options);
     addPictureOptions(*command, *options);

@@ -111,6 +111,7 @@ void addRunCommand(CLI::App& program, Action& chosen)
     const auto options = std::make_shared<RunOptions>();
     DropOptions& drop = options->drop;
     addSceneArguments(*command, options->scene);
+    addThreadsArgument(*command, options->scene);
     addPhaseArguments(*command, options->scene);
     CLI::Option* narrow = command->get_option("--narrow");
     narrow->description("narrow phase of every column; default: as --parts says")->default_str("");

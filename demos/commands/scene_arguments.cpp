@@ -63,15 +63,19 @@ void addSceneArguments(CLI::App& command, SceneArguments& arguments)
     command.add_option("--dt", arguments.dt, "length of a step, seconds")
         ->capture_default_str()
         ->check(numberIn(1e-6, 1.0));
-    command.add_option("--threads", world.threads, "of the CPU backends; 0: all cores")
-        ->capture_default_str()
-        ->check(CLI::Range(0, 4096));
     command.add_option("--mesh", arguments.meshes,
                        "mesh files whose convex hulls fall (scene drop); default: glmark2's models");
     command.add_option("--file", world.file, "the .bullet file of scene 'file'");
     command.add_option("--precision", arguments.precision, "of Bullet")
         ->capture_default_str()
         ->check(CLI::IsMember({"float", "double"}));
+}
+
+void addThreadsArgument(CLI::App& command, SceneArguments& arguments)
+{
+    command.add_option("--threads", arguments.world.threads, "of the CPU backends; 0: all cores")
+        ->capture_default_str()
+        ->check(CLI::Range(0, 4096));
 }
 
 void addPhaseArguments(CLI::App& command, SceneArguments& arguments)

@@ -21,8 +21,11 @@ struct SceneArguments
     std::string precision = ownPrecision();
 };
 
-/// Adds --scene, --bodies, --seed, --dt, --threads, --mesh, --file and --precision.
+/// Adds --scene, --bodies, --seed, --dt, --mesh, --file and --precision.
 void addSceneArguments(CLI::App& command, SceneArguments& arguments);
+
+/// Adds --threads, one number.
+void addThreadsArgument(CLI::App& command, SceneArguments& arguments);
 
 /// Adds --backend and --narrow, one of each.
 void addPhaseArguments(CLI::App& command, SceneArguments& arguments);

@@ -28,9 +28,8 @@ void measureFigure11(const FigureOptions& options, ResultFile& file)
 void measurePhases(const FigureOptions& options, ResultFile& file)
 {
     WorldOptions world;
-    world.backends = {"dbvt", "grid"};
-    world.narrow = {"bullet", "dispatcher"};
-    world.world.threads = 1;
+    world.parts = allCombinations({"dbvt", "grid"}, {"bullet", "dispatcher"}, {"bullet"});
+    world.threads = {1};
     world.world.seed = options.seed;
     world.trace = options.trace;
     world.quiet = options.quiet;

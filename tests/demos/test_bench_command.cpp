@@ -268,69 +268,6 @@ TEST_F(BenchCommand, HitsSameBodiesInQueriesOfGridAndDbvt)
         EXPECT_EQ(found.size(), 1u) << name;
 }
 
-TEST_F(BenchCommand, MeasuresWholeStepsAndKeepsStatesWithParallelUpdate)
-{
-    for (const std::string scene : {"boxes", "hulls"})
-    {
-        Outcome outcome;
-        const json document = runForJson(
-            "bench world --bodies 100 --falling 2:5 --settled 40:45 --backend grid,dbvt "
-            "--scene " +
-                scene,
-            &outcome);
-        ASSERT_EQ(outcome.code, 0) << outcome.errors;
-        ASSERT_EQ(document["rows"].size(), 2u * 2u * 9u);
-        for (const json& row : document["rows"])
-        {
-            EXPECT_EQ(row["scene"], scene);
-            EXPECT_EQ(row["hash"].get<std::string>().size(), 16u);
-            if (row["benchmark"] != "world.step.settled")
-                continue;
-            EXPECT_GT(row["contact_pairs"], 50);
-            EXPECT_GT(row["median_ms"], 0.0);
-        }
-    }
-    const json both = runForJson(
-        "bench world --bodies 600 --falling 2:5 --settled 5:6 --backend grid --update bullet,parallel");
-    ASSERT_EQ(both["rows"].size(), 2u * 2u * 9u);
-    for (std::size_t row = 0; row < 9; ++row)
-        EXPECT_EQ(both["rows"][row]["hash"], both["rows"][row + 9]["hash"]);
-    EXPECT_EQ(both["rows"][9]["update"], "parallel");
-    EXPECT_EQ(runProgram("bench world --falling 5:2").code, 2);
-    EXPECT_EQ(runProgram("bench world --backend nothing").code, 2);
-}
-
-TEST_F(BenchCommand, TakesOptionsOfRunForWholeStepsAndTracesTheirPhases)
-{
-    const std::string path = temporaryPath("world.json");
-    const auto hashOf = [&](const std::string& extra)
-    {
-        const json document = runForJson(
-            "bench world --scene pour --bodies 20 --steps 20 --backend grid,dbvt --threads 1 " + extra);
-        for (const json& row : document["rows"])
-        {
-            if (row["benchmark"] == "world.step.settled" && row["backend"] == "grid")
-                return row["hash"].get<std::string>() + " " + std::to_string(row["steps"].get<int>());
-        }
-        return std::string();
-    };
-    const std::string first = hashOf("--trace " + path);
-    const json trace = json::parse(readText(path), nullptr, false);
-    std::remove(path.c_str());
-    std::map<std::string, int> counts = countSpans(trace);
-    EXPECT_EQ(counts["grid, narrow bullet, update bullet, pour of 20"], 1);
-    EXPECT_EQ(counts["dbvt, narrow bullet, update bullet, pour of 20"], 1);
-    for (const char* name : {"step 1", "step 2", "calculateOverlappingPairs 1", "updateAabbs 2",
-                             "dispatchAllCollisionPairs 2", "solveConstraints 1"})
-        EXPECT_EQ(counts[name], 20) << name;
-    EXPECT_EQ(first.size(), 18u) << first;
-    EXPECT_EQ(first.substr(16), " 2") << "the last tenth of the steps";
-    EXPECT_EQ(hashOf(""), first);
-    EXPECT_NE(hashOf("--dt 0.01"), first);
-    EXPECT_EQ(runProgram("bench world --scene file --steps 10").code, 2);
-    EXPECT_EQ(runProgram("bench world --scene drop --mesh /nowhere/a.obj").code, 3);
-}
-
 TEST_F(BenchCommand, TracesTheFramesOfEachBackend)
 {
     const std::string path = temporaryPath("broad.json");

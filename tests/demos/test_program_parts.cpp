@@ -81,7 +81,24 @@ TEST(HashCheck, RejectsAnswerThatDiffersFromFirstOne)
             const std::string message = error.what();
             for (const char* part : {"W1, 1000 bodies", "grid has 3 (hash 0000000000000007)", "tiles has "})
                 EXPECT_NE(message.find(part), std::string::npos) << message;
+            EXPECT_EQ(message.find("the pairs disagree"), 0u) << message;
         }
+    }
+}
+
+TEST(HashCheck, NamesWhatItCompares)
+{
+    HashCheck check("the transforms");
+    check.require("boxes", "stock", 3, 7);
+    try
+    {
+        check.require("boxes", "world", 3, 8);
+        FAIL() << "no exception";
+    }
+    catch (const ProgramError& error)
+    {
+        EXPECT_EQ(std::string(error.what()).find("the transforms disagree, boxes: stock has 3"), 0u)
+            << error.what();
     }
 }
 

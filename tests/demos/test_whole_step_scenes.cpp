@@ -2,11 +2,13 @@
 // SPDX-License-Identifier: Zlib
 #include "cullet/demos/program/exit_code.h"
 #include "cullet/demos/scenes/bodies/mt_world.h"
+#include "cullet/demos/scenes/bodies/world_quality.h"
 #include "cullet/tests/demos/scene_support.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <thread>
 
 // The scenes on which `cullet bench world` compares whole steps.
@@ -149,5 +151,39 @@ TEST(WorldScene, MakesBulletsMultithreadedWorldOrSaysWhyNot)
     }
 }
 
+TEST(WorldQuality, MeasuresDepthEnergyAndSleepers)
+{
+    const auto box = make("boxes", 1);
+    EXPECT_EQ(qualityOf(box->world()).maxDepth, 0);
+    EXPECT_EQ(qualityOf(box->world()).energy, 0);
+    stepMany(*box, 10);
+    // Free fall with mass 1: v is 10 steps of 10 / 60.
+    EXPECT_NEAR(qualityOf(box->world()).energy, 0.5 * std::pow(100.0 / 60, 2), 1e-4);
+    const auto boxes = make("boxes", 27);
+    stepMany(*boxes, 90);
+    const WorldQuality landed = qualityOf(boxes->world());
+    EXPECT_GT(landed.meanDepth, 0);
+    EXPECT_LE(landed.meanDepth, landed.p99Depth);
+    EXPECT_LE(landed.p99Depth, landed.maxDepth);
+    EXPECT_LT(landed.maxDepth, 0.3);
+    EXPECT_EQ(landed.sleepers, 0u);
+    stepMany(*boxes, 600);
+    const WorldQuality asleep = qualityOf(boxes->world());
+    EXPECT_EQ(asleep.sleepers, 27u);
+    EXPECT_EQ(asleep.energy, 0);
+}
+
+TEST(WorldQuality, MeasuresTheSpinOfABody)
+{
+    const auto hulls = make("free-hulls", 1);
+    const btRigidBody& body = *btRigidBody::upcast(&object(*hulls, 0));
+    const btVector3 spin = body.getAngularVelocity() * body.getWorldTransform().getBasis();
+    const btVector3 inertia = body.getLocalInertia();
+    const double expected =
+        0.5 * double(spin.x() * spin.x() * inertia.x() + spin.y() * spin.y() * inertia.y() +
+                     spin.z() * spin.z() * inertia.z());
+    EXPECT_GT(expected, 0);
+    EXPECT_NEAR(qualityOf(hulls->world()).energy, expected, 1e-6);
+}
 }  // namespace
 }  // namespace cullet

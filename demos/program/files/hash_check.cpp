@@ -15,7 +15,7 @@ void HashCheck::require(const std::string& question, const std::string& subject,
         return;
     const auto describe = [](const std::string& name, std::uint64_t count, std::uint64_t sum)
     { return name + " has " + std::to_string(count) + " (hash " + toHex(sum) + ")"; };
-    throw ProgramError(kExitDisagreement, "the pairs disagree, " + question + ": " +
+    throw ProgramError(kExitDisagreement, m_what + " disagree, " + question + ": " +
                                               describe(first.subject, first.pairs, first.hash) + ", " +
                                               describe(subject, pairs, hash));
 }

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <map>
 #include <string>
+#include <utility>
 
 namespace cullet
 {
@@ -12,6 +13,9 @@ namespace cullet
 class HashCheck
 {
 public:
+    /// @param what is compared, for the message
+    explicit HashCheck(std::string what = "the pairs") : m_what(std::move(what)) {}
+
     /// @param question for example the scene, its size and the kind of query
     /// @param subject  name of the backend or library
     /// @throws ProgramError (kExitDisagreement), naming both, if an earlier subject found other pairs
@@ -24,6 +28,7 @@ private:
         std::string subject;
         std::uint64_t pairs, hash;
     };
+    std::string m_what;
     std::map<std::string, Answer> m_answers;
 };
 }  // namespace cullet
