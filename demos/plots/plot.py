@@ -7,7 +7,7 @@ usage: plot.py --figures FOLDER [NAME...] [--to OUT_FOLDER]
            what `cullet figure` has measured: NAME.svg and NAME.png for every NAME.csv in FOLDER
        plot.py RESULTS_FOLDER OUT_FOLDER
            the figures of other measurements, those whose data are in the folder: scaling, threads, settling, device,
-           rivals; e.g. plot.py demos/results/nvidia-h200 docs/figures
+           rivals, steps; e.g. plot.py demos/results/nvidia-h200 docs/figures
 """
 import csv
 import glob
@@ -32,7 +32,7 @@ def read(folder, pattern):
     rows = []
     for name in names:
         with open(name, newline="") as file:
-            rows += list(csv.DictReader(file))
+            rows += [{**row, "file": os.path.basename(name)} for row in csv.DictReader(file)]
     return rows
 
 
@@ -161,10 +161,55 @@ def draw_rivals(rows, target):
     save(figure, target, "rivals")
 
 
+STEPS = (("stock", "stock Bullet"), ("broadphase", "+ Broadphase"), ("broadphase+dispatcher", "+ Dispatcher"),
+         ("all", "+ World"))
+
+
+def bars_of_steps(rows):
+    """Label and rows of each bar of a scene: more and more of cullet on one thread, and all of it on all threads. Stock
+    Bullet was measured once more in the runs of several threads."""
+    alone = [row for row in rows if "threads" not in row["file"]]
+    for parts, label in STEPS:
+        yield label, figures.chosen(alone, parts=parts, threads="1")
+    most = max(int(row["threads"]) for row in rows)
+    if most > 1:
+        yield f"{most} threads", figures.chosen(rows, parts="all", threads=str(most))
+
+
+def draw_steps(rows, target):
+    """Phases of Bullet's step, stock and with more and more of cullet, for each scene of whole steps once it has settled."""
+    scenes = list(dict.fromkeys(row["scene"] for row in rows))
+    height = (len(scenes) + 2) // 3
+    figure, axes = plt.subplots(height, 3, figsize=(11, 1.9 * height + 0.9), squeeze=False)
+    for axis, scene in zip(axes.flat, scenes):
+        some = figures.chosen(rows, scene=scene)
+        windows = {row["benchmark"].rsplit(".", 1)[1] for row in some}
+        window = "settled" if "settled" in windows else "all"
+        bars = list(bars_of_steps(some))
+        for place, (_, bar) in enumerate(bars):
+            left = 0.0
+            for colour, phase in enumerate(figures.PHASES):
+                hit = figures.chosen(bar, benchmark=f"world.{phase}.{window}")
+                width = float(hit[0]["median_ms"]) if hit else 0.0
+                axis.barh(-place, width, left=left, color=f"C{colour}", label=phase if place == 0 else None)
+                left += width
+        axis.set_yticks([-place for place in range(len(bars))], [label for label, _ in bars], fontsize=8)
+        axis.set_title(f"{scene}, {int(some[0]['bodies']):,} bodies", fontsize=9)
+        axis.tick_params(axis="x", labelsize=8)
+        axis.grid(True, axis="x", alpha=0.3)
+    for axis in axes.flat[len(scenes):]:
+        axis.axis("off")
+    figure.legend(*axes[0][0].get_legend_handles_labels(), loc="lower center", ncol=len(figures.PHASES), fontsize=8)
+    figure.suptitle("ms of a step by phase, medians; one thread unless it says more\n" + rows[0]["machine"], fontsize=9)
+    figure.tight_layout(rect=(0, 0.5 / (1.9 * height + 0.9), 1, 1))
+    figure.savefig(os.path.join(target, "steps.svg"), metadata={"Date": None})
+    plt.close(figure)
+
+
 def draw_results(source, target):
     """Every figure whose data are in the folder of a machine."""
     drawn = (("broad_bullet*", draw_scaling), ("broad_threads_*", draw_threads), ("sap_settling", draw_settling),
-             ("cuda", draw_device), ("rivals*", draw_rivals))
+             ("cuda", draw_device), ("rivals*", draw_rivals), ("world_steps*", draw_steps))
     os.makedirs(target, exist_ok=True)
     for pattern, draw in drawn:
         rows = read(source, pattern)
