@@ -152,7 +152,7 @@ void writeWorlds()
     for (const auto& [memory, parts] : all.living)
         count(*parts, mostBoxes, mostBodies);
     printLine("worlds: %" PRIu64 "; at most %" PRIu64 " boxes and %" PRIu64
-              " bodies of a last step on several threads",
+              " bodies of a last step in parallel loops",
               all.total, mostBoxes, mostBodies);
 }
 }  // namespace cullet::preload

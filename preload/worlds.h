@@ -11,6 +11,6 @@ bool constructWorld(WorldClass kind, void* memory, const WorldArguments& argumen
 bool destroyWorld(void* memory, WorldFunction how);
 void keepWorld(const char* what);
 
-/// Writes how many worlds were made, and how much of them ran on several threads.
+/// Writes how many worlds were made, and the largest last steps of theirs in parallel loops.
 void writeWorlds();
 }  // namespace cullet::preload
