@@ -33,13 +33,13 @@ struct Picture
 };
 
 constexpr Picture kPictures[] = {
-    {"drop", 120, 45},    {"boxes", 120, 45},     {"hulls", 120, 45},       {"barrels", 90, 20},
-    {"hills", 60, 60},    {"thesis", 150, 20},    {"W1", 150, 20},          {"W2", 150, 20},
-    {"W3", 150, 20},      {"W4", 300, 20},        {"W5", 150, 3},           {"pour", 60, 60},
-    {"pile", 200, 10},    {"wall", 120, 34},      {"domino", 80, 60},       {"cards", 50, 10},
-    {"static", 3000, 5},  {"planet", 500, 5},     {"stampede", 12, 30},     {"soft", 12, 30},
-    {"crowd", 60, 60},    {"file", 0, 5},         {"robots", 9, 30},        {"compounds", 27, 30},
-    {"terrain", 60, 60},  {"free-hulls", 64, 20}, {"convex-mesh", 100, 60}, {"pyramid", 66, 10},
+    {"drop", 120, 45},    {"boxes", 120, 45},    {"hulls", 120, 45},       {"barrels", 90, 20},
+    {"hills", 60, 60},    {"thesis", 150, 20},   {"W1", 150, 20},          {"W2", 150, 20},
+    {"W3", 150, 20},      {"W4", 300, 20},       {"W5", 150, 3},           {"pour", 60, 60},
+    {"pile", 200, 10},    {"wall", 120, 34},     {"domino", 80, 60},       {"cards", 50, 10},
+    {"static", 3000, 5},  {"planet", 500, 5},    {"stampede", 12, 30},     {"soft", 12, 30},
+    {"crowd", 60, 60},    {"file", 0, 5},        {"robots", 9, 30},        {"compounds", 27, 30},
+    {"terrain", 60, 60},  {"free-hulls", 64, 2}, {"convex-mesh", 100, 60}, {"pyramid", 66, 10},
     {"ragdolls", 44, 30}, {"statics", 16, 40},
 };
 
