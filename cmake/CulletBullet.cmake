@@ -83,11 +83,16 @@ function(cullet_import_bullet precision)
             get_filename_component(folder "${folder}" ABSOLUTE BASE_DIR "${BULLET_ROOT_DIR}")
             list(APPEND libraries "${folder}")
         endforeach()
+        # Two Bullets of one precision must not meet in a process.
+        set(elsewhere "")
+        if(is_threadsafe)
+            set(elsewhere NO_DEFAULT_PATH)
+        endif()
         # In link order: each needs those after it.
         set(files "")
         foreach(library BulletDynamics BulletCollision LinearMath)
             find_library(found ${library}${suffix} NAMES ${library}${suffix} ${library}${suffix}_Debug
-                HINTS ${libraries} NO_CACHE)
+                HINTS ${libraries} NO_CACHE ${elsewhere})
             if(NOT found)
                 set(problem "no library ${library}${suffix} in ${libraries}")
             endif()
