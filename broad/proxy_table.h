@@ -42,9 +42,12 @@ public:
 
     /// Stores a box and marks the row as moved. Any box is legal; an inverted one or one with a NaN counts as empty.
     /// O(1), no allocation.
-    void setBox(ProxyId row, const Aabb& box) noexcept
+    void setBox(ProxyId row, const Aabb& box) noexcept { setValidBox(row, isValid(box) ? box : kEmptyAabb); }
+
+    /// setBox() of a valid box, or of kEmptyAabb.
+    void setValidBox(ProxyId row, const Aabb& box) noexcept
     {
-        m_boxes[row] = isValid(box) ? box : kEmptyAabb;
+        m_boxes[row] = box;
         mark(row, kRowMoved);
     }
 

@@ -41,13 +41,9 @@ struct Broadphase::Parts
             pairSync.setBackend(std::move(next));
     }
 
-    /// The slow path of setAabb(). Not inlined, so that the usual call saves no registers.
-    [[gnu::noinline]] void applyChange(Proxy& proxy, const btVector3& aabbMin, const btVector3& aabbMax)
+    /// The rare part of setAabb() after the box is stored. Not inlined, so that the usual call saves no registers.
+    [[gnu::noinline]] void addGhostPairs(Proxy& proxy)
     {
-        store.refreshFilter(&proxy);
-        if (isSameBox(proxy.m_aabbMin, proxy.m_aabbMax, aabbMin, aabbMax))
-            return;
-        store.setBox(&proxy, aabbMin, aabbMax);
         ghosts.pollCallback();
         ghosts.addPairs(proxy, *index);
     }
@@ -165,8 +161,14 @@ void Broadphase::setAabb(btBroadphaseProxy* proxy, const btVector3& aabbMin, con
                          btDispatcher* /*dispatcher*/)
 {
     Proxy* own = toProxy(proxy);
-    if (!own->hasKnownFilter() || !isSameBox(own->m_aabbMin, own->m_aabbMax, aabbMin, aabbMax))
-        m->applyChange(*own, aabbMin, aabbMax);
+    const btVector3 newMin = readByParts(aabbMin), newMax = readByParts(aabbMax);
+    if (!own->hasKnownFilter())
+        m->store.refreshFilter(own);
+    if (isSameBox(own->m_aabbMin, own->m_aabbMax, newMin, newMax))
+        return;
+    m->store.setBox(own, newMin, newMax);
+    if (m->ghosts.hasWork())
+        m->addGhostPairs(*own);
 }
 
 void Broadphase::getAabb(btBroadphaseProxy* proxy, btVector3& aabbMin, btVector3& aabbMax) const

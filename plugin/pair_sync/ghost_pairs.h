@@ -35,6 +35,14 @@ public:
             rescan();
     }
 
+    /// Whether pollCallback() or addPairs() would do anything. May run concurrently.
+    bool hasWork() const
+    {
+        return m_pairSync.adapter().hasGhostCallback() !=
+                   m_hasGhostCallback.load(std::memory_order_acquire) ||
+               !m_ghostBoxes.isEmpty();
+    }
+
     /// Call add() for a new proxy, before its first setBox(), and remove() before a proxy is destroyed.
     void add(const Proxy& proxy);
     void remove(const Proxy& proxy);

@@ -49,11 +49,10 @@ void ProxyStore::destroy(Proxy* proxy) noexcept
     ++m_quarantinedCount;
 }
 
-void ProxyStore::setBox(Proxy* proxy, const btVector3& aabbMin, const btVector3& aabbMax)
+void ProxyStore::setInvalidBox(std::uint32_t row) noexcept
 {
-    proxy->m_aabbMin = aabbMin;
-    proxy->m_aabbMax = aabbMax;
-    m_table.setBox(rowOf(proxy), countedBox(aabbMin, aabbMax));
+    m_invalidBoxes.fetch_add(1, std::memory_order_relaxed);
+    m_table.setBox(row, kEmptyAabb);
 }
 
 void ProxyStore::refreshSomeFilters() noexcept

@@ -33,7 +33,15 @@ public:
     void destroy(Proxy* proxy) noexcept;
 
     /// Stores the box in the proxy and, rounded outward to float, in the table.
-    void setBox(Proxy* proxy, const btVector3& aabbMin, const btVector3& aabbMax);
+    void setBox(Proxy* proxy, const btVector3& aabbMin, const btVector3& aabbMax)
+    {
+        proxy->m_aabbMin = aabbMin;
+        proxy->m_aabbMax = aabbMax;
+        if (isValidBox(aabbMin, aabbMax))
+            m_table.setValidBox(rowOf(proxy), toFloatBox(aabbMin, aabbMax));
+        else
+            setInvalidBox(rowOf(proxy));
+    }
 
     /// Copies the filter words of the proxy, which applications write directly, to the table.
     void refreshFilter(Proxy* proxy) noexcept
@@ -88,6 +96,7 @@ private:
 
     std::uint32_t nextUniqueId() noexcept;
     Aabb countedBox(const btVector3& aabbMin, const btVector3& aabbMax) noexcept;
+    void setInvalidBox(std::uint32_t row) noexcept;
 
     ProxyTable m_table;
     ProxyPool m_pool;
