@@ -27,6 +27,14 @@ inline bool isLowerId(const btBroadphaseProxy& proxy, const btBroadphaseProxy& o
     return proxy.m_uniqueId < other.m_uniqueId;
 }
 
+/// The ids in the order of btBroadphasePair, which compares them as int.
+inline Pair inBulletsOrder(Pair ids) noexcept
+{
+    return static_cast<std::int32_t>(ids.first) < static_cast<std::int32_t>(ids.second)
+               ? ids
+               : Pair{ids.second, ids.first};
+}
+
 /// The ids of both proxies in Pair's order, which differs from that of btBroadphasePair if one is 2^31 or more.
 inline Pair pairOf(const btBroadphasePair& pair) noexcept
 {

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 //
-// Changes of the pair cache in batches. The memory of the next pairs of a batch is prefetched while the current pair is
-// processed: in a large cache nearly all the time is spent on cache misses.
+// Removal of pairs in batches. The memory of the next pairs of a batch is prefetched while the current pair is removed.
 #include "cullet/plugin/pair_cache/pair_cache_parts.h"
 
 namespace cullet
@@ -11,11 +10,6 @@ inline namespace CULLET_PRECISION
 {
 namespace
 {
-// Prefetch distances in pairs; each stage reads what the stage before it prefetched.
-constexpr std::size_t kStage1 = 32;
-constexpr std::size_t kStage2 = 20;
-constexpr std::size_t kStage3 = 10;
-
 /// The hash value of the ids in the order of the hash.
 std::uint64_t hashOf(Pair ids)
 {
@@ -27,21 +21,43 @@ std::uint64_t hashOf(const btBroadphaseProxy* proxy0, const btBroadphaseProxy* p
 }
 }  // namespace
 
-std::size_t PairCache::addPairsUnfiltered(const ProxyPair* pairs, std::size_t count)
+inline void PairCache::prefetchPair(std::uint32_t index)
 {
-    const std::uint32_t before = size();
-    reserve(before + count);
-    for (std::size_t i = 0; i < count; ++i)
+    if (index >= size())
+        return;
+    __builtin_prefetch(pairAt(index));
+    m_links.prefetch(index);
+}
+
+inline void PairCache::prefetchNeighbours(std::uint32_t index)
+{
+    if (index >= size())
+        return;
+    __builtin_prefetch(pairAt(index)->m_pProxy0);
+    __builtin_prefetch(pairAt(index)->m_pProxy1);
+    m_links.prefetchNeighbours(index);
+}
+
+/// Prefetches for the removal of the next pairs, and for the move of the last pairs of the array into their entries.
+inline void PairCache::prefetchRemoval(const Pair* coming, std::size_t count)
+{
+    if (kPrefetchEarly < count)
     {
-        if (i + kStage1 < count)
-            __builtin_prefetch(pairs[i + kStage1].second);
-        if (i + kStage2 < count)
-            m_hash.prefetch(hashOf(pairs[i + kStage2].first, pairs[i + kStage2].second));
-        if (i + kStage3 < count)
-            m_links.prefetchFirst(uniqueIdOf(pairs[i + kStage3].second));
-        addPairUnfiltered(pairs[i].first, pairs[i].second);
+        m_hash.prefetch(hashOf(coming[kPrefetchEarly]));
+        m_links.prefetchId(coming[kPrefetchEarly].first);
+        m_links.prefetchId(coming[kPrefetchEarly].second);
     }
-    return size() - before;
+    if (kPrefetchMiddle < count)
+        prefetchPair(m_hash.guess(hashOf(coming[kPrefetchMiddle])));
+    if (kPrefetchLate < count)
+        prefetchNeighbours(m_hash.guess(hashOf(coming[kPrefetchLate])));
+    // The proxies of a detached pair may be gone.
+    if (size() <= kPrefetchEarly || m_detachedCount != 0)
+        return;
+    prefetchPair(size() - kPrefetchEarly);
+    prefetchNeighbours(size() - kPrefetchMiddle);
+    const btBroadphasePair& moving = *pairAt(size() - kPrefetchLate);
+    m_hash.prefetch(hashOf(moving.m_pProxy0, moving.m_pProxy1));
 }
 
 std::size_t PairCache::removePairs(const Pair* ids, std::size_t count, btDispatcher* dispatcher)
@@ -59,38 +75,5 @@ std::size_t PairCache::removePairs(const Pair* ids, std::size_t count, btDispatc
     return found;
 }
 
-/// Prefetches for the removal of the next pairs, and for the move of the last pairs of the array into their entries.
-void PairCache::prefetchRemoval(const Pair* coming, std::size_t count)
-{
-    if (kStage1 < count)
-        m_hash.prefetch(hashOf(coming[kStage1]));
-    if (kStage2 < count)
-        prefetchPair(m_hash.guess(hashOf(coming[kStage2])));
-    if (kStage3 < count)
-        prefetchNeighbours(m_hash.guess(hashOf(coming[kStage3])));
-    if (size() <= kStage1)
-        return;
-    prefetchPair(size() - kStage1);
-    prefetchNeighbours(size() - kStage2);
-    const btBroadphasePair& moving = *pairAt(size() - kStage3);
-    m_hash.prefetch(hashOf(moving.m_pProxy0, moving.m_pProxy1));
-}
-
-void PairCache::prefetchPair(std::uint32_t index)
-{
-    if (index >= size())
-        return;
-    __builtin_prefetch(pairAt(index));
-    m_links.prefetch(index);
-}
-
-void PairCache::prefetchNeighbours(std::uint32_t index)
-{
-    if (index >= size())
-        return;
-    __builtin_prefetch(pairAt(index)->m_pProxy0);
-    __builtin_prefetch(pairAt(index)->m_pProxy1);
-    m_links.prefetchNeighbours(index);
-}
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

@@ -27,14 +27,6 @@ inline ProxyPair sortById(btBroadphaseProxy* proxy0, btBroadphaseProxy* proxy1)
     return isLowerId(*proxy0, *proxy1) ? ProxyPair{proxy0, proxy1} : ProxyPair{proxy1, proxy0};
 }
 
-/// The ids in the order of btBroadphasePair, which compares them as int.
-inline Pair inBulletsOrder(Pair ids)
-{
-    return static_cast<std::int32_t>(ids.first) < static_cast<std::int32_t>(ids.second)
-               ? ids
-               : Pair{ids.second, ids.first};
-}
-
 class PairCache::Cursor
 {
 public:

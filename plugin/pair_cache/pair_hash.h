@@ -54,7 +54,10 @@ public:
     }
 
     /// Prefetches the block in which a search begins.
-    void prefetch(std::uint64_t hash) const noexcept { __builtin_prefetch(&m_blocks[homeBlock(hash)]); }
+    [[gnu::always_inline]] void prefetch(std::uint64_t hash) const noexcept
+    {
+        __builtin_prefetch(&m_blocks[homeBlock(hash)]);
+    }
 
     /// The probable result of find(), from one block only; or kNone.
     std::uint32_t guess(std::uint64_t hash) const noexcept

@@ -97,11 +97,6 @@ bool PairCacheAdapter::add(btBroadphaseProxy& a, btBroadphaseProxy& b)
                                      : m_cache->addOverlappingPair(first, second)) != nullptr;
 }
 
-bool PairCacheAdapter::addBatch(const std::vector<ProxyPair>& pairs)
-{
-    return m_culletCache->addPairsUnfiltered(pairs.data(), pairs.size()) == pairs.size();
-}
-
 void PairCacheAdapter::reserveMore(std::size_t pairCount)
 {
     if (m_culletCache != nullptr)

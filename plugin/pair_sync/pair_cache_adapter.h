@@ -9,7 +9,6 @@
 #include <BulletCollision/BroadphaseCollision/btOverlappingPairCache.h>
 
 #include <memory>
-#include <vector>
 
 namespace cullet
 {
@@ -60,16 +59,25 @@ public:
     /// Adds a pair that is not in the cache, if the filter agrees; returns whether the pair is in the cache now.
     bool add(btBroadphaseProxy& a, btBroadphaseProxy& b);
 
-    /// Whether pairs can be added without any callback, in a batch: addBatch().
-    bool canAddBatch() const
+    /// Whether pairs can be added without any callback: addUnfiltered().
+    bool canAddUnfiltered() const
     {
         return m_culletCache != nullptr && m_culletCache->ghostPairCallback() == nullptr &&
                filterCallback() == nullptr;
     }
 
-    /// Adds pairs that are not in the cache and that the filter words let pass; false if memory ran out.
-    /// @pre canAddBatch()
-    bool addBatch(const std::vector<ProxyPair>& pairs);
+    /// Adds a pair that the filter words let pass; false if memory ran out. @pre canAddUnfiltered()
+    bool addUnfiltered(btBroadphaseProxy& first, btBroadphaseProxy& second)
+    {
+        return m_culletCache->addPairUnfiltered(&first, &second) != nullptr;
+    }
+
+    /// Prefetches for the additions of the next pairs, if the cache can: PairCache::prefetchAddition().
+    [[gnu::always_inline]] void prefetchAddition(const Pair* coming, std::size_t count) const
+    {
+        if (m_culletCache != nullptr)
+            m_culletCache->prefetchAddition(coming, count);
+    }
 
     /// Reserves memory for more pairs, if the cache can.
     void reserveMore(std::size_t pairCount);

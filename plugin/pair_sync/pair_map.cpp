@@ -60,7 +60,8 @@ void PairMap::eraseAt(std::uint32_t index) noexcept
 
 bool PairMap::erase(Pair pair) noexcept
 {
-    const std::uint32_t index = find(pair);
+    // Usually there are none, and a batch of changes asks for each.
+    const std::uint32_t index = m_pairs.empty() ? kNone : find(pair);
     if (index == kNone)
         return false;
     eraseAt(index);

@@ -110,7 +110,6 @@ void PairSync::update(float margin, btDispatcher* dispatcher)
     trimCapacity(m_toReevaluate);
     trimCapacity(m_separatedPairs);
     trimCapacity(m_scratch);
-    trimCapacity(m_batch);
 }
 
 void PairSync::detectExternalChanges()
@@ -298,6 +297,30 @@ void PairSync::applyRemoved(float margin, btDispatcher* dispatcher)
     m_adapter.remove(m_scratch, m_store, dispatcher);
 }
 
+/// Prefetches for the additions of the pairs after an index; tryAdd() reads the boxes of the table, too.
+inline void PairSync::prefetchAddition(std::size_t index, bool readsTable) const
+{
+    constexpr std::size_t kIds = 44, kProxies = 24;  // in pairs ahead
+    const Pair* const coming = m_scratch.data() + index;
+    const std::size_t count = m_scratch.size() - index;
+    if (kIds < count)
+    {
+        m_store.prefetchId(coming[kIds].first);
+        m_store.prefetchId(coming[kIds].second);
+    }
+    if (kProxies < count)
+    {
+        __builtin_prefetch(m_store.find(coming[kProxies].first));
+        __builtin_prefetch(m_store.find(coming[kProxies].second));
+    }
+    if (readsTable && kProxies < count)
+    {
+        m_store.prefetchTableBox(coming[kProxies].first);
+        m_store.prefetchTableBox(coming[kProxies].second);
+    }
+    m_adapter.prefetchAddition(coming, count);
+}
+
 void PairSync::applyAdded(float margin)
 {
     // Both lists are sorted, and no pair is in both: the backend already holds the deferred pairs.
@@ -305,41 +328,30 @@ void PairSync::applyAdded(float margin)
     std::merge(m_toReevaluate.begin(), m_toReevaluate.end(), m_delta.added.begin(), m_delta.added.end(),
                m_scratch.begin());
     m_adapter.reserveMore(m_scratch.size());
-    if (m_adapter.canAddBatch())
-    {
-        addBatch(margin);
-        return;
-    }
-    for (const Pair pair : m_scratch)
-        tryAdd(pair, margin);
-}
-
-void PairSync::addBatch(float margin)
-{
-    constexpr std::size_t kPrefetchDistance = 12;  // in pairs
-    m_batch.clear();
+    const bool canAddUnfiltered = m_adapter.canAddUnfiltered();
     for (std::size_t i = 0; i < m_scratch.size(); ++i)
     {
-        if (i + kPrefetchDistance < m_scratch.size())
-            __builtin_prefetch(m_store.find(m_scratch[i + kPrefetchDistance].second));
-        const Pair pair = m_scratch[i];
-        Proxy* first = m_store.find(pair.first);
-        Proxy* second = m_store.find(pair.second);
-        if (first == nullptr || second == nullptr || m_speculativePairs.erase(pair))
-            continue;
-        const bool exactBoxesOverlap = overlapsExactly(*first, *second);
-        if (exactBoxesOverlap && passesFilter(first->filter(), second->filter()))
-        {
-            m_deferredPairs.erase(pair);
-            m_batch.push_back({first, second});
-        }
+        prefetchAddition(i, !canAddUnfiltered);
+        if (canAddUnfiltered)
+            addUnfiltered(m_scratch[i], margin);
         else
-        {
-            defer(pair, *first, *second, exactBoxesOverlap, margin);
-        }
+            tryAdd(m_scratch[i], margin);
     }
+}
+
+/// Adds the pair without any callback, or defers it.
+void PairSync::addUnfiltered(Pair pair, float margin)
+{
+    Proxy* first = m_store.find(pair.first);
+    Proxy* second = m_store.find(pair.second);
+    if (first == nullptr || second == nullptr || m_speculativePairs.erase(pair))
+        return;
+    const bool exactBoxesOverlap = overlapsExactly(*first, *second);
+    if (!exactBoxesOverlap || !passesFilter(first->filter(), second->filter()))
+        return defer(pair, *first, *second, exactBoxesOverlap, margin);
+    m_deferredPairs.erase(pair);
     // If memory runs out, the next update restarts the backend and adds the remaining pairs.
-    if (!m_adapter.addBatch(m_batch))
+    if (!m_adapter.addUnfiltered(*first, *second))
         m_wasInterrupted = true;
 }
 

@@ -11,7 +11,6 @@
 
 #include <cstdint>
 #include <memory>
-#include <vector>
 
 namespace cullet
 {
@@ -63,7 +62,8 @@ private:
     void deferSeparated(float margin);
     void applyRemoved(float margin, btDispatcher* dispatcher);
     void applyAdded(float margin);
-    void addBatch(float margin);
+    [[gnu::always_inline]] void prefetchAddition(std::size_t index, bool readsTable) const;
+    void addUnfiltered(Pair pair, float margin);
     void tryAdd(Pair pair, float margin);
     void defer(Pair pair, const Proxy& first, const Proxy& second, bool exactBoxesOverlap, float margin);
     bool isExternallyRemoved(Pair pair, const ProxyView& view) const;
@@ -83,7 +83,6 @@ private:
     Pairs
         m_separatedPairs;  // pairs of the cache that the backend holds although their exact boxes are separated
     Pairs m_scratch;
-    std::vector<ProxyPair> m_batch;
 
     const btOverlapFilterCallback* m_filter = nullptr;  // filter callback at the last update
     int m_expectedCount = 0;                            // pairs in the cache if only PairSync has changed it

@@ -71,12 +71,6 @@ void ProxyStore::refreshSomeFilters() noexcept
     }
 }
 
-Proxy* ProxyStore::find(std::uint32_t uniqueId) const noexcept
-{
-    const std::uint32_t row = m_directory.find(uniqueId);
-    return row == UniqueIdMap::kNoRow ? nullptr : m_pool.at(row);
-}
-
 void ProxyStore::endUpdate() noexcept
 {
     m_table.endUpdate();

@@ -136,9 +136,17 @@ void PairCacheTwin::process(bool isOrdered, const std::function<bool(std::uint64
 void PairCacheTwin::addMany(const std::vector<std::pair<std::size_t, std::size_t>>& rows)
 {
     std::vector<ProxyPair> pairs;
+    Pairs coming;
     for (const auto& [a, b] : rows)
+    {
         pairs.push_back({m_proxies[a], m_proxies[b]});
-    m_cache.addPairsUnfiltered(pairs.data(), pairs.size());
+        coming.push_back(makePair(uniqueIdOf(m_proxies[a]), uniqueIdOf(m_proxies[b])));
+    }
+    for (std::size_t i = 0; i < pairs.size(); ++i)
+    {
+        m_cache.prefetchAddition(&coming[i], coming.size() - i);
+        m_cache.addPairUnfiltered(pairs[i].first, pairs[i].second);
+    }
     for (const ProxyPair& pair : pairs)
     {
         const Ids ids = idsOfProxies(pair.first, pair.second);

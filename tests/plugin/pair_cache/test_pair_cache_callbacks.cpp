@@ -239,8 +239,6 @@ void addInEveryWay(PairCache& cache, btBroadphaseProxy* a, btBroadphaseProxy* b,
     EXPECT_EQ(cache.addOverlappingPair(b, a), expected);
     EXPECT_EQ(cache.addPair(a, b), expected);
     EXPECT_EQ(cache.addPairUnfiltered(b, a), expected);
-    const ProxyPair pair{a, b};
-    EXPECT_EQ(cache.addPairsUnfiltered(&pair, 1), 0u);
 }
 
 TEST(PairCacheCallbacks, RefuseSamePairWhileItsFilterRuns)

@@ -205,11 +205,14 @@ private:
         for (const Pair ids : removed)
             count += m_model.erase({static_cast<int>(ids.first), static_cast<int>(ids.second)});
         ASSERT_EQ(m_cache.removePairs(removed.data(), removed.size(), &m_dispatcher), count);
-        count = 0;
         for (const ProxyPair& pair : added)
-            count += m_model.insert({idsOfProxies(pair), nullptr}).second;
-        ASSERT_EQ(m_cache.addPairsUnfiltered(added.data(), added.size()), count);
-        m_counts["bulk"] += count;
+        {
+            const bool isNew = m_model.insert({idsOfProxies(pair), nullptr}).second;
+            const int before = m_cache.getNumOverlappingPairs();
+            ASSERT_NE(m_cache.addPairUnfiltered(pair.first, pair.second), nullptr);
+            ASSERT_EQ(m_cache.getNumOverlappingPairs(), before + isNew);
+            m_counts["bulk"] += isNew;
+        }
     }
 
     void pass()
