@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "cullet/broad/array.h"
+#include "cullet/broad/huge_vector.h"
 #include "cullet/broad/pair.h"
 #include "cullet/plugin/core/precision.h"
 
@@ -83,7 +83,7 @@ public:
     template <class HashOf, class IsEntry>
     void grow(std::size_t count, HashOf hashOf, IsEntry isEntry)
     {
-        Array<Block> blocks(count / kLimitPerBlock + 1);
+        HugeVector<Block> blocks(count / kLimitPerBlock + 1);
         m_blocks.swap(blocks);
         m_limit = m_blocks.size() * kLimitPerBlock;
         ++m_rehashes;
@@ -229,7 +229,7 @@ private:
         return locate(hash, [index](std::uint32_t other) { return other == index; });
     }
 
-    Array<Block> m_blocks = Array<Block>(1);
+    HugeVector<Block> m_blocks = HugeVector<Block>(1);
     std::size_t m_limit = 0;  // entries that the maximum load allows
     std::size_t m_count = 0;
     std::uint64_t m_rehashes = 0;

@@ -2,15 +2,13 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "cullet/broad/array.h"
+#include "cullet/broad/huge_vector.h"
 #include "cullet/broad/pair.h"
 #include "cullet/plugin/core/precision.h"
 #include "cullet/plugin/core/unique_id_map.h"
 
-#include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <memory>
 #include <utility>
 
 namespace cullet
@@ -81,18 +79,10 @@ public:
             __builtin_prefetch(&m_nodes[node]);
     }
 
-    std::size_t capacity() const noexcept { return m_capacity / 2; }
+    std::size_t capacity() const noexcept { return m_nodes.capacity() / 2; }
 
     /// Reserves memory for a number of pairs. May throw std::bad_alloc and then changes nothing.
-    void reserve(std::size_t pairCount)
-    {
-        if (2 * pairCount <= m_capacity)
-            return;
-        std::unique_ptr<Node[]> nodes(new Node[2 * pairCount]);
-        std::copy_n(m_nodes.get(), m_count, nodes.get());
-        m_nodes.swap(nodes);
-        m_capacity = 2 * pairCount;
-    }
+    void reserve(std::size_t pairCount) { m_nodes.reserve(2 * pairCount); }
 
     /// The anchors of both lists, created if necessary. May throw std::bad_alloc and then changes nothing. Valid until
     /// a pair is detached, or an anchor dropped.
@@ -123,8 +113,8 @@ public:
     /// Links a new last pair at the front of both lists. @pre capacity() is above the number of pairs
     void append(Anchors anchors) noexcept
     {
-        const std::uint32_t node = m_count;
-        m_count += 2;
+        const auto node = static_cast<std::uint32_t>(m_nodes.size());
+        m_nodes.resize(node + 2);
         pushFront(anchors.first, node);
         pushFront(anchors.second, node + 1);
     }
@@ -147,28 +137,27 @@ public:
         relink(2 * from + 1, 2 * to + 1);
     }
 
-    void popBack() noexcept { m_count -= 2; }
+    void popBack() noexcept { m_nodes.resize(m_nodes.size() - 2); }
 
     /// Removes all pairs and keeps the anchors. @pre no pair is detached
     void clear() noexcept
     {
-        for (std::uint32_t node = 0; node < m_count; ++node)
+        for (const Node& node : m_nodes)
         {
-            const std::uint32_t previous = m_nodes[node].previous;
-            if (isAnchor(previous))
-                at(previous) = {previous, previous};
+            if (isAnchor(node.previous))
+                at(node.previous) = {node.previous, node.previous};
         }
-        m_count = 0;
+        m_nodes.clear();
     }
 
     /// Whether each of `pairCount` pairs is in exactly the lists of its ids, `idsOf(pair)`. O(pairs).
     template <class IdsOf>
     bool isConsistent(std::uint32_t pairCount, IdsOf idsOf) const
     {
-        if (m_count != 2 * std::size_t{pairCount})
+        if (m_nodes.size() != 2 * std::size_t{pairCount})
             return false;
         std::size_t listed = 0;
-        for (std::uint32_t start = 0; start < m_count; ++start)
+        for (std::uint32_t start = 0; start < m_nodes.size(); ++start)
         {
             if (!isAnchor(m_nodes[start].previous))
                 continue;
@@ -184,18 +173,18 @@ public:
             {
                 if (at(node).previous != previous || idOf(node) != idOf(start))
                     return false;
-                if (++listed > m_count)
+                if (++listed > m_nodes.size())
                     return false;
             }
         }
-        return listed == m_count;
+        return listed == m_nodes.size();
     }
 
     std::uint64_t listCount() const noexcept { return m_anchors.size() - m_freeCount; }
 
     std::uint64_t bytes() const noexcept
     {
-        return m_capacity * sizeof(Node) + m_anchors.capacity() * sizeof(Node) + m_directory.bytes();
+        return m_nodes.capacity() * sizeof(Node) + m_anchors.capacity() * sizeof(Node) + m_directory.bytes();
     }
 
 private:
@@ -211,7 +200,7 @@ private:
     const Node& at(std::uint32_t node) const noexcept
     {
         // Both addresses are computed, so that no branch depends on the link.
-        const Node* nodes[] = {m_nodes.get(), m_anchors.data()};
+        const Node* nodes[] = {m_nodes.data(), m_anchors.data()};
         return nodes[node / kAnchorBit][node % kAnchorBit];
     }
 
@@ -277,10 +266,8 @@ private:
         at(node.previous).next = to;
     }
 
-    std::unique_ptr<Node[]> m_nodes;
-    std::size_t m_capacity = 0;  // nodes
-    std::uint32_t m_count = 0;   // nodes
-    Array<Node> m_anchors;
+    HugeVector<Node> m_nodes;
+    HugeVector<Node> m_anchors;
     UniqueIdMap m_directory;            // unique id -> anchor
     std::uint32_t m_firstFree = kNone;  // free anchors are linked by `next`
     std::uint32_t m_freeCount = 0;

@@ -3,12 +3,12 @@
 #pragma once
 
 #include "cullet/broad/backend.h"
+#include "cullet/broad/huge_vector.h"
 
 #include <BulletCollision/BroadphaseCollision/btBroadphaseProxy.h>
 
 #include <cstddef>
 #include <cstdint>
-#include <memory>
 #include <vector>
 
 namespace cullet
@@ -34,11 +34,17 @@ static_assert(sizeof(btBroadphaseProxy) != 56 || sizeof(Proxy) == 64, "one cache
 /// The memory of proxies, indexed by row. A proxy never moves, and its row is computed from its address.
 ///
 /// Chunks of 64 KiB are aligned to their size and begin with the row of their first proxy, so that finding a row costs
-/// a mask and one load that is nearly always cached.
+/// a mask and one load that is nearly always cached. From the 65th on they come in blocks of 4 MiB, in pages of 2 MiB if
+/// the system has them: changed pairs read proxies in random order, and would wait for a page table walk for each.
 /// Chunks are kept until clear(); the owner allocates the rows.
 class ProxyPool
 {
 public:
+    ProxyPool() = default;
+    ~ProxyPool() { clear(); }
+    ProxyPool(const ProxyPool&) = delete;
+    ProxyPool& operator=(const ProxyPool&) = delete;
+
     static constexpr std::size_t kChunkBytes = 65536;
     static constexpr std::uint32_t kProxiesPerChunk = kChunkBytes / sizeof(Proxy) - 1;
 
@@ -59,11 +65,13 @@ public:
         return chunk->firstRow + static_cast<std::uint32_t>(proxy - chunk->proxies);
     }
 
-    void clear() noexcept { m_chunks.clear(); }
+    void clear() noexcept;
 
     std::uint64_t bytes() const noexcept
     {
-        return m_chunks.capacity() * sizeof(m_chunks[0]) + m_chunks.size() * kChunkBytes;
+        const std::size_t blocks = (m_chunks.size() + kChunksPerBlock - 1) / kChunksPerBlock;
+        const std::size_t chunks = blocks > 1 ? blocks * kChunksPerBlock : m_chunks.size();
+        return m_chunks.capacity() * sizeof(m_chunks[0]) + chunks * kChunkBytes;
     }
 
 private:
@@ -75,7 +83,11 @@ private:
     };
     static_assert(sizeof(Chunk) == kChunkBytes, "the row follows from the address by a mask");
 
-    std::vector<std::unique_ptr<Chunk>> m_chunks;
+    static constexpr std::size_t kChunksPerBlock = 64;
+
+    void* allocateChunk();
+
+    std::vector<Chunk*> m_chunks;  ///< owned; the first ones one by one, the others as blocks
 };
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

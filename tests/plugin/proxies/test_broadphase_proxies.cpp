@@ -425,5 +425,30 @@ TEST(ProxyStore, SkipsIdsOfLiveProxiesAfterRestart)
     store.forEach([&](const Proxy*, std::uint32_t) { ++liveCount; });
     EXPECT_EQ(liveCount, 11);
 }
+
+TEST(ProxyPool, KeepsAddressesAndRowsWhileItGrowsByChunksAndBlocks)
+{
+    // Three blocks: the first one of chunks by themselves.
+    constexpr std::uint32_t kRows = 130 * ProxyPool::kProxiesPerChunk + 1;
+    ProxyPool pool;
+    for (int round = 0; round < 2; ++round)
+    {
+        std::vector<const Proxy*> proxies;
+        for (std::uint32_t row = 0; row < kRows; ++row)
+        {
+            proxies.push_back(pool.make(row));
+            pool.at(row)->m_uniqueId = static_cast<int>(row + 7);
+        }
+        for (std::uint32_t row = 0; row < kRows; ++row)
+        {
+            ASSERT_EQ(pool.at(row), proxies[row]);
+            ASSERT_EQ(ProxyPool::rowOf(proxies[row]), row);
+            ASSERT_EQ(proxies[row]->m_uniqueId, static_cast<int>(row + 7));
+        }
+        EXPECT_GE(pool.bytes(), 192 * ProxyPool::kChunkBytes);
+        EXPECT_LE(pool.bytes(), 193 * ProxyPool::kChunkBytes);
+        pool.clear();
+    }
+}
 }  // namespace
 }  // namespace cullet::test
