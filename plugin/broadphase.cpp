@@ -304,6 +304,11 @@ bool Broadphase::canSetAabbsConcurrently()
     return m->ghosts.count() == 0;
 }
 
+std::uint32_t Broadphase::upcomingUniqueId() const
+{
+    return m->store.upcomingUniqueId();
+}
+
 const Backend& Broadphase::backend() const
 {
     return m->pairSync.backend();

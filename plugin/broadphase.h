@@ -187,6 +187,9 @@ public:
     /// Whether setAabb() of different proxies may run concurrently at the moment: there is no ghost.
     bool canSetAabbsConcurrently();
 
+    /// A number that changes with each new proxy, for callers of setAabb() whose callbacks may create some.
+    std::uint32_t upcomingUniqueId() const;
+
     const Backend& backend() const;
     const ProxyTable& table() const;
 

@@ -109,6 +109,7 @@ void Dispatcher::dispatchAllCollisionPairs(btOverlappingPairCache* pairCache, co
 {
     const PassScope pass(m_isaGjk);
     m_idlePairs = m_stillPairs = 0;
+    m_hadForeignPairs = false;
     m_testsInTurn = false;
     btBroadphasePair* pairs = pairCache->getOverlappingPairArrayPtr();
     if (getNearCallback() == m_ownNearCallback && info.m_dispatchFunc == btDispatcherInfo::DISPATCH_DISCRETE)
@@ -178,7 +179,10 @@ IsaGjkAlgorithm* Dispatcher::makeAlgorithm(btBroadphasePair& pair)
     if (areAsleep(a, b))
         return nullptr;
     const int typeA = a.getCollisionShape()->getShapeType(), typeB = b.getCollisionShape()->getShapeType();
-    if (m_doubleDispatchContactPoints[typeA][typeB] != m_isaGjk.contactPoints() || !needsCollision(&a, &b))
+    if (m_doubleDispatchContactPoints[typeA][typeB] != m_isaGjk.contactPoints())
+        return nullptr;
+    m_hadForeignPairs = true;
+    if (!needsCollision(&a, &b))
         return nullptr;
     const btCollisionObjectWrapper wrapA(nullptr, a.getCollisionShape(), &a, a.getWorldTransform(), -1, -1);
     const btCollisionObjectWrapper wrapB(nullptr, b.getCollisionShape(), &b, b.getWorldTransform(), -1, -1);

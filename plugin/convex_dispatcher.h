@@ -75,6 +75,13 @@ public:
     const ContactStats& contactStats() const;
     /// Number of pairs that the last dispatch left out.
     std::uint64_t idlePairs() const { return m_idlePairs; }
+    /// Lets dispatches find out whether a pair is foreign, which takes some ten nanoseconds per pair with an awake body.
+    /// Off by default: all of these are foreign then.
+    void setFindsForeignPairs(bool finds) { m_findsForeignPairs = finds; }
+    /// Whether a pair of the last dispatch may have called the application: a callback, a body, a shape or an algorithm of a
+    /// class of its own. Sleeping pairs do not, nor do those of Bullet's classes that several threads may compute
+    /// (contactStats()).
+    bool hadForeignPairs() const { return m_hadForeignPairs; }
     /// The part of idlePairs() that the motion bounds of the bodies proved separated, without access to their shapes.
     /// 0 in a dispatch in which hardly any body is awake. May differ between runs with several threads: the use of a
     /// body's motion is counted without locks, and bodies whose motion is of little use are paused for some updates.
@@ -113,6 +120,8 @@ private:
     /// still belongs to the pair, since callbacks may remove bodies during the dispatch.
     Array<const btCollisionAlgorithm*> m_idle;
     std::uint64_t m_idlePairs = 0, m_stillPairs = 0, m_testedPairs = 0;
+    bool m_findsForeignPairs = false;
+    bool m_hadForeignPairs = false;
     /// Some pair, or the motions of its bodies, missed an update.
     bool m_hasMissedUpdate = false;
     bool m_testsInTurn = false;  ///< each pair is tested when Bullet processes it, not in advance

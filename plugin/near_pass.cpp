@@ -10,6 +10,8 @@
 
 #include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
 
+#include <cstring>
+
 namespace cullet
 {
 inline namespace CULLET_PRECISION
@@ -21,6 +23,12 @@ bool isKnownCache(const btOverlappingPairCache& cache)
 {
     return isExactly<PairCache>(cache) || isExactly<btHashedOverlappingPairCache>(cache) ||
            isExactly<btSortedOverlappingPairCache>(cache);
+}
+
+/// Whether the body's virtual functions are Bullet's own. By name, since programs without dynamics lack btRigidBody.
+bool isOfBullet(const btCollisionObject& body)
+{
+    return isExactly<btCollisionObject>(body) || std::strcmp(dynamicType(body)->name(), "11btRigidBody") == 0;
 }
 
 /// btCollisionDispatcher::needsCollision(), for bodies that are not both asleep.
@@ -40,6 +48,9 @@ Dispatcher::NearPass::NearPass(Dispatcher& dispatcher, btOverlappingPairCache& c
       m_kinds(dispatcher, dispatcher.m_isaGjk, dispatcher.m_doubleDispatchContactPoints),
       m_isInLine(isExactly<Dispatcher>(dispatcher) &&
                  info.m_dispatchFunc == btDispatcherInfo::DISPATCH_DISCRETE),
+      m_findsForeign(dispatcher.m_findsForeignPairs && m_isInLine && usesOwnNearCallback() &&
+                     isKnownCache(cache) &&
+                     findSerialReason(dispatcher, dispatcher.m_isaGjk, info, false) == SerialReason::None),
       m_reason(serialReason())
 {
     ContactStats& stats = m_jobs.stats();
@@ -77,11 +88,18 @@ SerialReason Dispatcher::NearPass::serialReason() const
 bool Dispatcher::NearPass::processOverlap(btBroadphasePair& pair)
 {
     if (isIdle(pair))
+    {
+        noteForeign(pair);
         return false;
+    }
     btCollisionObject &a = bodyOf(pair.m_pProxy0), &b = bodyOf(pair.m_pProxy1);
-    if (!m_isInLine || !usesOwnNearCallback())
+    const bool isInLine = m_isInLine && usesOwnNearCallback();
+    if (isInLine && areAsleep(a, b))
+        return false;
+    noteForeign(pair);
+    if (!isInLine)
         takeBulletsPath(pair);
-    else if (!areAsleep(a, b) && !(m_dispatcher.m_testsInTurn && isIdleInTurn(pair)) && mayCollide(a, b))
+    else if (!(m_dispatcher.m_testsInTurn && isIdleInTurn(pair)) && mayCollide(a, b))
         collide(pair, a, b);
     return false;
 }
@@ -91,6 +109,20 @@ bool Dispatcher::NearPass::isIdle(const btBroadphasePair& pair) const
     const auto place = static_cast<std::size_t>(&pair - m_pairs);
     const auto& idle = m_dispatcher.m_idle;
     return place < idle.size() && pair.m_algorithm != nullptr && idle[place] == pair.m_algorithm;
+}
+
+/// Notes whether a pair with an awake body may call the application. After the first one the others are not examined.
+[[gnu::always_inline]] inline void Dispatcher::NearPass::noteForeign(const btBroadphasePair& pair)
+{
+    if (!m_dispatcher.m_hadForeignPairs)
+        m_dispatcher.m_hadForeignPairs = !m_findsForeign || isForeign(pair);
+}
+
+bool Dispatcher::NearPass::isForeign(const btBroadphasePair& pair)
+{
+    const btCollisionObject &a = bodyOf(pair.m_pProxy0), &b = bodyOf(pair.m_pProxy1);
+    return pair.m_algorithm == nullptr || !m_bodies.kindOf(a, isOfBullet) ||
+           !m_bodies.kindOf(b, isOfBullet) || !isJob(m_kinds.kindOf(*pair.m_algorithm, a, b));
 }
 
 [[gnu::noinline]] void Dispatcher::NearPass::takeBulletsPath(btBroadphasePair& pair)

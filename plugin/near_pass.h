@@ -5,6 +5,7 @@
 #include "cullet/plugin/convex/contact_jobs.h"
 #include "cullet/plugin/convex/pair_kind.h"
 #include "cullet/plugin/convex_dispatcher.h"
+#include "cullet/plugin/core/class_memo.h"
 
 #include <BulletCollision/BroadphaseCollision/btOverlappingPairCache.h>
 
@@ -48,6 +49,8 @@ private:
         return m_dispatcher.getNearCallback() == m_dispatcher.m_ownNearCallback;
     }
     bool isIdleInTurn(const btBroadphasePair& pair);
+    void noteForeign(const btBroadphasePair& pair);
+    bool isForeign(const btBroadphasePair& pair);
     void takeBulletsPath(btBroadphasePair& pair);
     void makeAlgorithm(btBroadphasePair& pair, btCollisionObject& a, btCollisionObject& b);
     void collide(btBroadphasePair& pair, btCollisionObject& a, btCollisionObject& b);
@@ -61,7 +64,9 @@ private:
     const btDispatcherInfo& m_info;
     ContactJobs& m_jobs;
     PairKinds m_kinds;
-    bool m_isInLine;  ///< Bullet's near callback, without the call
+    ClassMemo<bool> m_bodies;  ///< whether the class is Bullet's
+    bool m_isInLine;           ///< Bullet's near callback, without the call
+    bool m_findsForeign;       ///< some pairs may be found not to be foreign
     SerialReason m_reason;
     std::uint64_t m_near = 0;  ///< pairs whose contacts are computed
 };

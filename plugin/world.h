@@ -50,6 +50,7 @@ public:
         this->stepParts().boxes.setThreads(threads);
         this->stepParts().islands.setThreads(threads);
         this->stepParts().bodies.setThreads(threads);
+        this->stepParts().rest.setThreads(threads);
     }
 
     /// Lets a custom profiler (btSetCustomEnterProfileZoneFunc) be called on any thread; while there is another one, one
@@ -61,7 +62,7 @@ public:
 
     void updateAabbs() override
     {
-        if (!this->stepParts().boxes.update(*this, kRule))
+        if (!this->stepParts().boxes.update(*this, kRule, this->stepParts().rest))
             Base::updateAabbs();
     }
 
@@ -73,6 +74,10 @@ public:
 
     /// Statistics of the last step, if Base inherits the loops over bodies from btDiscreteDynamicsWorld.
     const WorldBodiesStats& bodyStats() const { return this->stepParts().bodies.stats(); }
+
+    /// Statistics of the last step: the static objects at rest, and how often all objects were visited. With at least 512
+    /// objects and a cullet::Broadphase.
+    const WorldRestStats& restStats() const { return this->stepParts().rest.stats(); }
 
 private:
     using Update = decltype(&Base::updateAabbs);

@@ -39,6 +39,19 @@ void prefetchWhole(const void* body)
     prefetchBytes(body, 0, sizeof(btRigidBody) / 64 * 64);
 }
 
+/// @return whether a motion state was called
+bool saveIfKinematic(btCollisionObject& object, btScalar timeStep)
+{
+    if (!object.isKinematicObject() || object.getActivationState() == ISLAND_SLEEPING)
+        return false;
+    btRigidBody* const body = btRigidBody::upcast(&object);
+    if (body == nullptr)
+        return false;
+    const bool hasMotionState = body->getMotionState() != nullptr;
+    body->saveKinematicState(timeStep);
+    return hasMotionState;
+}
+
 /// Changes the state of a body whose deactivation time is up to date.
 void updateState(btRigidBody& body)
 {
@@ -135,17 +148,31 @@ const WorldBodiesStats& WorldBodies::stats() const
     return m->stats;
 }
 
-void WorldBodies::saveKinematicState(btCollisionObjectArray& objects, btScalar timeStep)
+bool WorldBodies::saveKinematicState(btCollisionObjectArray& objects, btScalar timeStep,
+                                     const std::vector<int>* restless)
 {
-    for (int i = 0; i < objects.size(); ++i)
+    int first = 0;
+    if (restless != nullptr)
+    {
+        for (const int i : *restless)
+        {
+            if (!saveIfKinematic(*objects[i], timeStep))
+                continue;
+            // The motion state may have changed any object, those at rest too.
+            first = i + 1;
+            break;
+        }
+        if (first == 0)
+            return false;
+    }
+    bool hasCalled = first > 0;
+    for (int i = first; i < objects.size(); ++i)
     {
         if (i + kPrefetchDistance < objects.size())
             prefetchState(objects[i + kPrefetchDistance]);
-        if (!objects[i]->isKinematicObject() || objects[i]->getActivationState() == ISLAND_SLEEPING)
-            continue;
-        if (btRigidBody* body = btRigidBody::upcast(objects[i]))
-            body->saveKinematicState(timeStep);
+        hasCalled = saveIfKinematic(*objects[i], timeStep) || hasCalled;
     }
+    return hasCalled;
 }
 
 void WorldBodies::applyGravity(Bodies& bodies)

@@ -11,6 +11,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <vector>
 
 class btRigidBody;
 
@@ -60,7 +61,11 @@ public:
     void setThreads(int threads);
 
     /// As btDiscreteDynamicsWorld::saveKinematicState(), on the calling thread.
-    void saveKinematicState(btCollisionObjectArray& objects, btScalar timeStep);
+    ///
+    /// @param restless indices of the objects that are not at rest (WorldRest); null: any may be
+    /// @return whether code of the application may have run: the motion state of a kinematic body
+    bool saveKinematicState(btCollisionObjectArray& objects, btScalar timeStep,
+                            const std::vector<int>* restless);
 
     /// As btDiscreteDynamicsWorld::applyGravity().
     void applyGravity(Bodies& bodies);

@@ -5,7 +5,8 @@
 #include "cullet/base/threads/parallel_loops.h"
 #include "cullet/plugin/broadphase.h"
 #include "cullet/plugin/core/dynamic_type.h"
-#include "cullet/plugin/shapes/thread_safe_aabb.h"
+#include "cullet/plugin/shapes/shape_boxes.h"
+#include "cullet/plugin/world_rest.h"
 
 #include <BulletCollision/NarrowPhaseCollision/btPersistentManifold.h>
 #include <BulletDynamics/Dynamics/btRigidBody.h>
@@ -38,13 +39,37 @@ constexpr double kCostOfObject = 8, kCostOfBox = 45;
         __builtin_prefetch(bytes + at);
 }
 
-[[gnu::always_inline]] inline void prefetchAhead(const btCollisionObjectArray& objects, std::size_t index)
+/// Indices of the objects that an update visits.
+class Visited
 {
-    const auto count = static_cast<std::size_t>(objects.size());
-    if (index + 2 * kPrefetchDistance < count)
-        prefetchObject(objects[static_cast<int>(index + 2 * kPrefetchDistance)]);
-    if (index + kPrefetchDistance < count)
-        __builtin_prefetch(objects[static_cast<int>(index + kPrefetchDistance)]->getBroadphaseHandle(), 1);
+public:
+    /// @param restless null for all objects
+    Visited(const std::vector<int>* restless, int objects) : m_restless(restless), m_objects(objects) {}
+
+    std::size_t size() const
+    {
+        return m_restless != nullptr ? m_restless->size() : static_cast<std::size_t>(m_objects);
+    }
+    int operator[](std::size_t i) const
+    {
+        return m_restless != nullptr ? (*m_restless)[i] : static_cast<int>(i);
+    }
+    bool areAll() const { return m_restless == nullptr; }
+    /// Number of objects of the world, visited or not.
+    int objects() const { return m_objects; }
+
+private:
+    const std::vector<int>* m_restless;
+    int m_objects;
+};
+
+[[gnu::always_inline]] inline void prefetchAhead(const btCollisionObjectArray& objects,
+                                                 const Visited& indices, std::size_t index)
+{
+    if (index + 2 * kPrefetchDistance < indices.size())
+        prefetchObject(objects[indices[index + 2 * kPrefetchDistance]]);
+    if (index + kPrefetchDistance < indices.size())
+        __builtin_prefetch(objects[indices[index + kPrefetchDistance]]->getBroadphaseHandle(), 1);
 }
 }  // namespace
 
@@ -65,16 +90,17 @@ struct WorldBoxes::Parts
         Done          ///< none: setAabb() was called in the parallel loop
     };
 
-    bool update(btCollisionWorld& world, BoxRule rule);
-    void compute(const Job& job, std::size_t count);
-    void finish(const Job& job);
-    bool isSameObject(const btCollisionObject& object, std::size_t index) const;
+    bool update(btCollisionWorld& world, BoxRule rule, WorldRest& rest);
+    void compute(const Job& job, const Visited& visited);
+    void finish(const Job& job, const Visited& visited);
+    bool isSameObject(const btCollisionObject& object, std::size_t visited) const;
     void apply(const Job& job, btCollisionObject& object, SerialWork left, const Box& box);
 
     std::unique_ptr<ParallelLoops> workers = std::make_unique<ParallelLoops>(0);
+    // One of each per visited object.
     std::vector<Box> boxes;
     std::vector<SerialWork> serialWork;
-    std::vector<btCollisionObject*> objects;  ///< indexed like boxes; callbacks may have removed some
+    std::vector<btCollisionObject*> objects;  ///< callbacks may have removed some
     WorldBoxesStats stats;
 };
 
@@ -96,17 +122,20 @@ public:
         btBroadphaseInterface* broadphase = ofWorld.getBroadphase();
         if (!isExactly<Broadphase>(*broadphase))
             return;
-        auto* own = static_cast<Broadphase*>(broadphase);
-        m_concurrentBroadphase = own->canSetAabbsConcurrently() ? own : nullptr;
+        m_own = static_cast<Broadphase*>(broadphase);
+        m_concurrentBroadphase = m_own->canSetAabbsConcurrently() ? m_own : nullptr;
     }
 
     bool setsConcurrently() const { return m_concurrentBroadphase != nullptr; }
 
+    /// A number that changes when an object with a proxy of cullet is added; their number shows that one was removed.
+    std::uint32_t upcomingUniqueId() const { return m_own != nullptr ? m_own->upcomingUniqueId() : 0; }
+
     /// Does the part of an object's update that is safe on any thread.
-    SerialWork run(btCollisionObject& object, Box& box) const
+    SerialWork run(btCollisionObject& object, Box& box, ShapeBoxes& shapes) const
     {
         const SerialWork serialWork =
-            m_rule == BoxRule::Simple ? computeSimple(object, box) : compute(object, box);
+            m_rule == BoxRule::Simple ? computeSimple(object, box, shapes) : compute(object, box, shapes);
         if (serialWork != SerialWork::Set)
             return serialWork;
         if (m_concurrentBroadphase == nullptr)
@@ -143,19 +172,20 @@ public:
 private:
     /// btCollisionWorld::updateSingleAabb() up to the computed box. Oversized boxes are left to that function, since it
     /// deactivates the body and prints a warning.
-    SerialWork compute(const btCollisionObject& object, Box& box) const
+    SerialWork compute(const btCollisionObject& object, Box& box, ShapeBoxes& shapes) const
     {
         if (!m_updatesAll && !object.isActive())
             return SerialWork::Nothing;
         const btCollisionShape& shape = *object.getCollisionShape();
-        if (!hasThreadSafeAabb(shape))
+        if (!shapes.compute(shape, object.getWorldTransform(), box.min, box.max))
             return SerialWork::WholeUpdate;
-        addBox(shape, object.getWorldTransform(), box);
+        grow(box);
         if (m_continuous && object.getInternalType() == btCollisionObject::CO_RIGID_BODY &&
             !object.isStaticOrKinematicObject())
         {
             Box predicted;
-            addBox(shape, object.getInterpolationWorldTransform(), predicted);
+            shapes.compute(shape, object.getInterpolationWorldTransform(), predicted.min, predicted.max);
+            grow(predicted);
             box.min.setMin(predicted.min);
             box.max.setMax(predicted.max);
         }
@@ -163,20 +193,17 @@ private:
         return isUsual ? SerialWork::Set : SerialWork::WholeUpdate;
     }
 
-    SerialWork computeSimple(const btCollisionObject& object, Box& box) const
+    static SerialWork computeSimple(const btCollisionObject& object, Box& box, ShapeBoxes& shapes)
     {
         if (btRigidBody::upcast(&object) == nullptr || !object.isActive() || object.isStaticObject())
             return SerialWork::Nothing;
         const btCollisionShape& shape = *object.getCollisionShape();
-        if (!hasThreadSafeAabb(shape))
-            return SerialWork::WholeUpdate;
-        shape.getAabb(object.getWorldTransform(), box.min, box.max);
-        return SerialWork::Set;
+        return shapes.compute(shape, object.getWorldTransform(), box.min, box.max) ? SerialWork::Set
+                                                                                   : SerialWork::WholeUpdate;
     }
 
-    void addBox(const btCollisionShape& shape, const btTransform& transform, Box& box) const
+    void grow(Box& box) const
     {
-        shape.getAabb(transform, box.min, box.max);
         box.min -= m_threshold;
         box.max += m_threshold;
     }
@@ -185,6 +212,7 @@ private:
     bool m_updatesAll;
     bool m_continuous;
     btVector3 m_threshold;
+    Broadphase* m_own = nullptr;                   ///< null: another broad phase
     Broadphase* m_concurrentBroadphase = nullptr;  ///< null: the calling thread sets the boxes
 };
 
@@ -202,25 +230,27 @@ const WorldBoxesStats& WorldBoxes::stats() const
     return m->stats;
 }
 
-bool WorldBoxes::update(btCollisionWorld& world, BoxRule rule)
+bool WorldBoxes::update(btCollisionWorld& world, BoxRule rule, WorldRest& rest)
 {
-    return m->update(world, rule);
+    return m->update(world, rule, rest);
 }
 
 /// Computes boxes on all threads. Throws std::bad_alloc.
-void WorldBoxes::Parts::compute(const Job& job, std::size_t count)
+void WorldBoxes::Parts::compute(const Job& job, const Visited& visited)
 {
+    const std::size_t count = visited.size();
     serialWork.resize(count);
     boxes.resize(count);
     objects.resize(count);
     const auto runTask = [&](unsigned task)
     {
         const std::size_t end = std::min(count, (task + 1) * kGrain);
+        ShapeBoxes shapes;
         for (std::size_t i = task * kGrain; i < end; ++i)
         {
-            prefetchAhead(job.objects, i);
-            objects[i] = job.objects[static_cast<int>(i)];
-            serialWork[i] = job.run(*objects[i], boxes[i]);
+            prefetchAhead(job.objects, visited, i);
+            objects[i] = job.objects[visited[i]];
+            serialWork[i] = job.run(*objects[i], boxes[i], shapes);
         }
     };
     // More tasks than threads, since the cost varies between shapes.
@@ -229,55 +259,69 @@ void WorldBoxes::Parts::compute(const Job& job, std::size_t count)
     workers->runRegion(work, [&] { workers->run(tasks, runTask); });
 }
 
-bool WorldBoxes::Parts::update(btCollisionWorld& world, BoxRule rule)
+bool WorldBoxes::Parts::update(btCollisionWorld& world, BoxRule rule, WorldRest& rest)
 {
-    const auto count = static_cast<std::size_t>(world.getNumCollisionObjects());
-    if (count < 2 * kGrain)
+    if (static_cast<std::size_t>(world.getNumCollisionObjects()) < 2 * kGrain)
         return false;
     BT_PROFILE("updateAabbs");
     const Job job(world, rule);
+    const Visited visited(rule == BoxRule::Collision ? rest.forBoxes(world) : nullptr,
+                          world.getNumCollisionObjects());
     try
     {
-        compute(job, count);
+        compute(job, visited);
     }
     catch (const std::bad_alloc&)
     {
         // Boxes that are set already are set once more.
+        rest.forget();
         return false;
     }
-    finish(job);
+    finish(job, visited);
+    // Shapes of the application were called, or callbacks of ghost pairs or of another broad phase.
+    if (stats.serialBoxes > 0 || !job.setsConcurrently())
+        rest.forget();
+    if (rule == BoxRule::Collision)
+        stats.parallelBoxes += rest.stats().restingBoxes;
     return true;
 }
 
-void WorldBoxes::Parts::finish(const Job& job)
+void WorldBoxes::Parts::finish(const Job& job, const Visited& visited)
 {
     stats = {};
     stats.hasParallelSets = job.setsConcurrently();
-    const auto sizeNow = [&] { return static_cast<std::size_t>(job.objects.size()); };
-    std::size_t i = 0;
-    for (; i < objects.size() && i < sizeNow(); ++i)
+    int next = 0;
+    bool isUnchanged = true;
+    const std::uint32_t upcomingId = job.upcomingUniqueId();
+    for (std::size_t i = 0; isUnchanged && i < visited.size(); ++i)
     {
-        btCollisionObject& object = *job.objects[static_cast<int>(i)];
-        if (!isSameObject(object, i))
+        isUnchanged = visited[i] < job.objects.size() && isSameObject(*job.objects[visited[i]], i);
+        if (!isUnchanged)
             break;
-        apply(job, object, serialWork[i], boxes[i]);
+        apply(job, *job.objects[visited[i]], serialWork[i], boxes[i]);
+        next = visited[i] + 1;
+        // A callback may have put another object in the place of one at rest.
+        isUnchanged = visited.areAll() ||
+                      (job.objects.size() == visited.objects() && job.upcomingUniqueId() == upcomingId);
     }
-    // A callback of the broad phase has added or removed objects, so the computed boxes may belong to other objects.
-    for (; i < sizeNow(); ++i)
+    // A callback has added or removed objects, so the computed boxes may belong to other objects.
+    for (int i = isUnchanged ? visited.objects() : next; i < job.objects.size(); ++i)
     {
-        btCollisionObject& object = *job.objects[static_cast<int>(i)];
+        btCollisionObject& object = *job.objects[i];
         Box box;
-        const SerialWork left = job.run(object, box);
+        ShapeBoxes shapes;
+        const SerialWork left = job.run(object, box, shapes);
         apply(job, object, left, box);
     }
 }
 
-/// Whether an index still holds the same object as before the callbacks. A new object may have the same address, but
+/// Whether an object is the visited one of before the callbacks. A new object may have the same address, but
 /// Bullet and cullet give each proxy a new id.
-bool WorldBoxes::Parts::isSameObject(const btCollisionObject& object, std::size_t index) const
+bool WorldBoxes::Parts::isSameObject(const btCollisionObject& object, std::size_t visited) const
 {
-    return &object == objects[index] && (serialWork[index] != SerialWork::Set ||
-                                         object.getBroadphaseHandle()->m_uniqueId == boxes[index].proxyId);
+    return &object == objects[visited] &&
+           (serialWork[visited] != SerialWork::Set ||
+            object.getBroadphaseHandle()->m_uniqueId == boxes[visited].proxyId);
 }
 
 /// Does the remaining work for an object. Its callbacks may destroy the object.

@@ -15,6 +15,8 @@ namespace cullet
 {
 inline namespace CULLET_PRECISION
 {
+class WorldRest;
+
 /// Which boxes a world updates, and how.
 enum class BoxRule : std::uint8_t
 {
@@ -25,7 +27,7 @@ enum class BoxRule : std::uint8_t
 /// Counters of the last update.
 struct WorldBoxesStats
 {
-    std::uint64_t parallelBoxes = 0;  ///< boxes computed in the parallel loop
+    std::uint64_t parallelBoxes = 0;  ///< boxes computed in the parallel loops
     /// Boxes computed on the calling thread: oversized ones, and those of shapes without a thread-safe getAabb().
     std::uint64_t serialBoxes = 0;
     bool hasParallelSets = false;  ///< the parallel loop called setAabb() too
@@ -58,9 +60,10 @@ public:
 
     /// Does the same as the world's own updateAabbs(), bit for bit.
     ///
+    /// @param rest finds the objects whose boxes need not be set, by the rule Collision; it is not used for Simple
     /// @return false: the world's own function must run, because there are too few objects for several threads, or no
     ///         memory
-    bool update(btCollisionWorld& world, BoxRule rule);
+    bool update(btCollisionWorld& world, BoxRule rule, WorldRest& rest);
 
     const WorldBoxesStats& stats() const;
 

@@ -93,17 +93,19 @@ const WorldIslandsStats& WorldIslands::stats() const
 }
 
 bool WorldIslands::find(btCollisionWorld& world, btSimulationIslandManager& manager,
-                        const btAlignedObjectArray<btPersistentManifold*>& predictive, const Joints& joints)
+                        const btAlignedObjectArray<btPersistentManifold*>& predictive, const Joints& joints,
+                        const std::vector<int>* restless)
 {
     try
     {
-        m->search.reserve(static_cast<std::size_t>(world.getNumCollisionObjects()));
+        m->search.reserve(restless != nullptr ? restless->size()
+                                              : static_cast<std::size_t>(world.getNumCollisionObjects()));
     }
     catch (const std::bad_alloc&)
     {
         return false;
     }
-    m->search.run({world, manager, predictive, joints});
+    m->search.run({world, manager, predictive, joints, restless});
     return true;
 }
 

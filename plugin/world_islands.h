@@ -9,6 +9,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <vector>
 
 class btCollisionWorld;
 class btConstraintSolver;
@@ -84,9 +85,11 @@ public:
     /// Does the same as btDiscreteDynamicsWorld::calculateSimulationIslands(), on the calling thread.
     ///
     /// @param predictive contacts of bodies with a CCD threshold
+    /// @param restless indices of the objects that are not at rest (WorldRest); null: any may be
     /// @return false, with nothing changed: no memory, so that the world's own function must run
     bool find(btCollisionWorld& world, btSimulationIslandManager& manager,
-              const btAlignedObjectArray<btPersistentManifold*>& predictive, const Joints& joints);
+              const btAlignedObjectArray<btPersistentManifold*>& predictive, const Joints& joints,
+              const std::vector<int>* restless);
 
     /// Lets custom profile functions be called on any thread. By default one thread solves all islands while there are
     /// some, since a profiler was written for Bullet's one thread.

@@ -5,16 +5,21 @@
 #include "cullet/plugin/world_bodies.h"
 #include "cullet/plugin/world_boxes.h"
 #include "cullet/plugin/world_islands.h"
+#include "cullet/plugin/world_rest.h"
 
 #include <BulletDynamics/Dynamics/btDiscreteDynamicsWorld.h>
 #include <LinearMath/btQuickprof.h>
 
 #include <type_traits>
+#include <typeinfo>
 
 namespace cullet
 {
 inline namespace CULLET_PRECISION
 {
+template <class Base, template <class> class Holder>
+class World;
+
 /// The parts of World<Base>, which derives from Base by one layer per function that it takes over. A layer exists only if
 /// Base inherits the function from btDiscreteDynamicsWorld: a class of the application keeps its own ones, private
 /// ones too.
@@ -48,6 +53,10 @@ class Origins : public Base
     template <class B>
     static auto activate(int) -> decltype(&B::updateActivationState);
     template <class B>
+    static auto internalStep(int) -> decltype(&B::internalSingleStepSimulation);
+    template <class B>
+    static void internalStep(...);
+    template <class B>
     static void solve(...);
     template <class B>
     static void islands(...);
@@ -75,6 +84,19 @@ public:
     static constexpr bool predicts() { return std::is_same_v<decltype(predict<Origins>(0)), Step>; }
     static constexpr bool sweeps() { return std::is_same_v<decltype(sweep<Origins>(0)), Step>; }
     static constexpr bool integrates() { return std::is_same_v<decltype(integrate<Origins>(0)), Step>; }
+    /// Whether all between updateAabbs() and calculateSimulationIslands() is Bullet's own.
+    static constexpr bool detectsAsBullet()
+    {
+        using Detect = void (btCollisionWorld::*)();
+        return std::is_same_v<decltype(&Base::performDiscreteCollisionDetection), Detect> &&
+               std::is_same_v<decltype(&Base::computeOverlappingPairs), Detect>;
+    }
+    /// Whether all between saveKinematicState() and updateAabbs() is a layer's or Bullet's own.
+    static constexpr bool startsAsBullet()
+    {
+        return detectsAsBullet() && std::is_same_v<decltype(internalStep<Origins>(0)), Step> &&
+               appliesGravity() && clearsForces() && predicts() && sweeps();
+    }
     static constexpr bool activates() { return std::is_same_v<decltype(activate<Origins>(0)), Step>; }
 };
 
@@ -84,6 +106,7 @@ struct StepParts
     WorldBoxes boxes;
     WorldIslands islands;
     WorldBodies bodies;
+    WorldRest rest;
 };
 
 /// Base with its StepParts. Another class that has their functions may keep them elsewhere.
@@ -99,6 +122,28 @@ protected:
 
 private:
     StepParts m_stepParts;
+};
+
+/// What the layers know of Base and of the class of the object.
+template <class Base, template <class> class Holder>
+class Asking : public Holder<Base>
+{
+public:
+    using Holder<Base>::Holder;
+
+protected:
+    static constexpr bool kDetectsAsBullet = Origins<Base>::detectsAsBullet();
+    static constexpr bool kStartsAsBullet = Origins<Base>::startsAsBullet();
+
+    /// Whether no class of the application derives from World and replaces functions of it. False without RTTI.
+    bool isWorldItself() const
+    {
+#ifdef __cpp_rtti
+        return WorldRest::isOfClass(*this, &typeid(World<Base, Holder>));
+#else
+        return false;
+#endif
+    }
 };
 
 template <class Next>
@@ -124,8 +169,12 @@ public:
 protected:
     void calculateSimulationIslands() override
     {
+        const bool isQuiet = Next::kDetectsAsBullet && this->isWorldItself();
+        if (!isQuiet)
+            this->stepParts().rest.forget();
         if (!this->stepParts().islands.find(*this, *this->m_islandManager, this->m_predictiveManifolds,
-                                            this->m_constraints))
+                                            this->m_constraints,
+                                            this->stepParts().rest.takeForIslands(*this)))
             Next::calculateSimulationIslands();
     }
 };
@@ -143,7 +192,12 @@ class ClearingForces : public Next
 {
 public:
     using Next::Next;
-    void clearForces() override { this->stepParts().bodies.clearForces(this->m_nonStaticRigidBodies); }
+    void clearForces() override
+    {
+        // The end of a step, also of one without an inner one.
+        this->stepParts().rest.forget();
+        this->stepParts().bodies.clearForces(this->m_nonStaticRigidBodies);
+    }
 };
 
 template <class Next>
@@ -155,7 +209,11 @@ public:
 protected:
     void saveKinematicState(btScalar timeStep) override
     {
-        this->stepParts().bodies.saveKinematicState(this->m_collisionObjects, timeStep);
+        const bool isQuiet =
+            Next::kStartsAsBullet && this->m_internalPreTickCallback == nullptr && this->isWorldItself();
+        const WorldRest::Indices* const restless = this->stepParts().rest.begin(*this, isQuiet);
+        if (this->stepParts().bodies.saveKinematicState(this->m_collisionObjects, timeStep, restless))
+            this->stepParts().rest.forget();
     }
 };
 
@@ -182,9 +240,15 @@ protected:
     void createPredictiveContacts(btScalar timeStep) override
     {
         BT_PROFILE("createPredictiveContacts");
+        // Contacts that are released and sweeps call the application.
+        if (this->m_predictiveManifolds.size() > 0)
+            this->stepParts().rest.forget();
         this->releasePredictiveContacts();
         const auto sweep = [&](btRigidBody** bodies, int count)
-        { this->createPredictiveContactsInternal(bodies, count, timeStep); };
+        {
+            this->stepParts().rest.forget();
+            this->createPredictiveContactsInternal(bodies, count, timeStep);
+        };
         this->stepParts().bodies.sweep(this->m_nonStaticRigidBodies, WorldBodies::RangeFunction(sweep));
     }
 };
@@ -234,7 +298,7 @@ template <class Base, template <class> class Holder>
 struct Stack
 {
     using Asked = Origins<Base>;
-    using Solves = If<Solving, Holder<Base>, Asked::solves()>;
+    using Solves = If<Solving, Asking<Base, Holder>, Asked::solves()>;
     using FindsIslands = If<FindingIslands, Solves, Asked::findsIslands()>;
     using AppliesGravity = If<ApplyingGravity, FindsIslands, Asked::appliesGravity()>;
     using ClearsForces = If<ClearingForces, AppliesGravity, Asked::clearsForces()>;

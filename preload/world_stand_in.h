@@ -27,11 +27,5 @@ protected:
 
 /// A cullet::World in memory that the program has allocated for Bullet's type.
 template <class Base>
-class WorldStandIn final : public World<Base, StepPartsBeside>
-{
-    using Layers = World<Base, StepPartsBeside>;
-
-public:
-    using Layers::Layers;
-};
+using WorldStandIn = World<Base, StepPartsBeside>;
 }  // namespace cullet::preload

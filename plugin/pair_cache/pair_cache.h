@@ -170,6 +170,9 @@ public:
     /// high, since it also counts calls that changed nothing.
     std::uint64_t changesByCallers() const noexcept { return m_changesByCallers; }
 
+    /// A number that changes when a pair is added, removed or moved.
+    std::uint64_t version() const noexcept { return m_version; }
+
     /// Number of pairs not added for lack of memory; null from addOverlappingPair() may also be a refusal.
     std::uint64_t pairsWithoutMemory() const noexcept { return m_pairsWithoutMemory; }
 
@@ -277,7 +280,7 @@ private:
     btOverlappingPairCallback* m_ghosts = nullptr;
     Cursor* m_cursors = nullptr;      ///< innermost first
     Addition* m_additions = nullptr;  ///< innermost first
-    std::uint64_t m_version = 0;      ///< changes when a pair is added, removed or moved
+    std::uint64_t m_version = 0;
     std::uint64_t m_changesByCallers = 0;
     std::uint64_t m_pairsWithoutMemory = 0;
     std::uint32_t m_detachedCount = 0;  ///< entries whose ghost callback is running

@@ -4,6 +4,7 @@
 
 #include "cullet/broad/backend.h"
 #include "cullet/broad/huge_vector.h"
+#include "cullet/plugin/core/box_convert.h"
 
 #include <BulletCollision/BroadphaseCollision/btBroadphaseProxy.h>
 
@@ -25,6 +26,11 @@ struct alignas(sizeof(btScalar) == sizeof(float) ? 64 : 32) Proxy : btBroadphase
     bool hasKnownFilter() const noexcept
     {
         return m_collisionFilterGroup == knownFilter.group && m_collisionFilterMask == knownFilter.mask;
+    }
+    /// Whether setAabb() with this box would change nothing.
+    bool isUpToDate(const btVector3& aabbMin, const btVector3& aabbMax) const noexcept
+    {
+        return hasKnownFilter() && isSameBox(m_aabbMin, m_aabbMax, aabbMin, aabbMax);
     }
 
     Filter knownFilter{};

@@ -92,6 +92,8 @@ public:
         }
     }
 
+    /// Where the search for the id of the next proxy begins: it changes with each new proxy.
+    std::uint32_t upcomingUniqueId() const noexcept { return m_nextUniqueId; }
     /// Number of destroyed rows that await endUpdate().
     std::uint32_t quarantinedCount() const noexcept { return m_quarantinedCount; }
     void endUpdate() noexcept;

@@ -4,6 +4,7 @@
 
 #include "cullet/plugin/core/dynamic_type.h"
 #include "cullet/plugin/step/prefetch_step.h"
+#include "cullet/plugin/step/static_mark.h"
 
 #include <BulletCollision/BroadphaseCollision/btOverlappingPairCache.h>
 #include <BulletCollision/CollisionDispatch/btCollisionWorld.h>
@@ -18,17 +19,6 @@ inline namespace CULLET_PRECISION
 {
 namespace
 {
-/// Marks an object as one without an island. Nothing is written if it was one in the last step.
-void markAsStatic(btCollisionObject& object)
-{
-    if (object.getIslandTag() != -1)
-        object.setIslandTag(-1);
-    if (object.getCompanionId() != -2)
-        object.setCompanionId(-2);
-    if (object.getHitFraction() != btScalar(1))
-        object.setHitFraction(1);
-}
-
 const btCollisionObject* objectOf(const btBroadphaseProxy* proxy)
 {
     return static_cast<const btCollisionObject*>(proxy->m_clientObject);
@@ -99,7 +89,7 @@ void IslandSearch::run(const Step& step)
         return;
     }
     BT_PROFILE("calculateSimulationIslands");
-    numberObjects(step.world);
+    numberObjects(step);
     step.manager.initUnionFind(static_cast<int>(m_movers.size()));
     uniteByPairs(step.world, elements);
     uniteByManifoldsAndJoints(step, elements);
@@ -108,25 +98,36 @@ void IslandSearch::run(const Step& step)
 
 /// As btSimulationIslandManager::updateActivationState(), and for static objects as storeIslandActivationState(): nothing
 /// reads theirs in between.
-void IslandSearch::numberObjects(btCollisionWorld& world)
+void IslandSearch::numberObjects(const Step& step)
 {
-    const btCollisionObjectArray& objects = world.getCollisionObjectArray();
-    const int count = objects.size();
-    for (int i = 0; i < count; ++i)
+    const btCollisionObjectArray& objects = step.world.getCollisionObjectArray();
+    const auto number = [&](int count, const auto& indexOf)
     {
-        if (i + kPrefetchDistance < count)
-            prefetchStateAndThreshold(objects[i + kPrefetchDistance]);
-        btCollisionObject& object = *objects[i];
-        if (object.isStaticOrKinematicObject())
+        for (int i = 0; i < count; ++i)
         {
-            markAsStatic(object);
-            continue;
+            if (i + kPrefetchDistance < count)
+                prefetchResting(objects[indexOf(i + kPrefetchDistance)], false);
+            numberObject(*objects[indexOf(i)], indexOf(i));
         }
-        object.setIslandTag(static_cast<int>(m_movers.size()));
-        object.setCompanionId(-1);
-        object.setHitFraction(1);
-        m_movers.push_back(i);
+    };
+    if (step.restless == nullptr)
+        number(objects.size(), [](int i) { return i; });
+    else
+        number(static_cast<int>(step.restless->size()),
+               [&](int i) { return (*step.restless)[static_cast<std::size_t>(i)]; });
+}
+
+void IslandSearch::numberObject(btCollisionObject& object, int index)
+{
+    if (object.isStaticOrKinematicObject())
+    {
+        markAsStatic(object);
+        return;
     }
+    object.setIslandTag(static_cast<int>(m_movers.size()));
+    object.setCompanionId(-1);
+    object.setHitFraction(1);
+    m_movers.push_back(index);
 }
 
 /// As btSimulationIslandManager::storeIslandActivationState(), for objects that have an island.

@@ -9,6 +9,7 @@
 #include <cstddef>
 #include <vector>
 
+class btCollisionObject;
 class btCollisionWorld;
 class btPersistentManifold;
 class btSimulationIslandManager;
@@ -31,6 +32,7 @@ public:
         btSimulationIslandManager& manager;
         const btAlignedObjectArray<btPersistentManifold*>& predictive;  ///< of bodies with a CCD threshold
         const btAlignedObjectArray<btTypedConstraint*>& joints;
+        const std::vector<int>* restless;  ///< indices of the objects that are not at rest; null: any may be
     };
 
     /// Reserves memory for run(). Throws std::bad_alloc.
@@ -39,7 +41,8 @@ public:
     void run(const Step& step);
 
 private:
-    void numberObjects(btCollisionWorld& world);
+    void numberObjects(const Step& step);
+    void numberObject(btCollisionObject& object, int index);
     void storeIslands(const btCollisionWorld& world, btSimulationIslandManager& manager) const;
 
     std::vector<int> m_movers;  ///< indices of the objects that have an island

@@ -306,12 +306,20 @@ public:
         object->setCollisionShape(&m_ball);
         object->getWorldTransform().setIdentity();
         object->getWorldTransform().setOrigin(vec(x, 0, 0));
+        if (areStatic)
+        {
+            // As after a step of a world with dynamics, so that those that do not move are at rest.
+            object->setCollisionFlags(btCollisionObject::CF_STATIC_OBJECT);
+            object->setIslandTag(-1);
+            object->setCompanionId(-2);
+        }
         m_world.addCollisionObject(object.get());
         m_objects.push_back(std::move(object));
     }
 
     bool isArmed = false;
     int newObjects = 0;
+    bool areStatic = false;
 
 private:
     void remove(std::size_t index)
@@ -326,8 +334,10 @@ private:
 };
 
 /// Hashes of a world before and after a step in which a callback replaces objects.
+///
+/// @param areStatic whether the objects are static, and two thirds of them do not move
 template <class StageT>
-std::vector<std::uint64_t> historyOfReplacement(int newObjects)
+std::vector<std::uint64_t> historyOfReplacement(int newObjects, bool areStatic)
 {
     // Bullet's tree must not change during its traversal.
     StageT stage(std::make_unique<Broadphase>());
@@ -340,17 +350,18 @@ std::vector<std::uint64_t> historyOfReplacement(int newObjects)
     ghost.getWorldTransform().setIdentity();
     ghost.getWorldTransform().setOrigin(vec(0, 50, 0));
     ghost.newObjects = newObjects;
+    ghost.areStatic = areStatic;
     stage.world.addCollisionObject(&ghost);
     for (int i = 0; i < 600; ++i)
         ghost.add(std::make_unique<btCollisionObject>(), 10.0 * i);
     std::vector<std::uint64_t> hashes;
     for (int step = 0; step < 3; ++step)
     {
-        // All move, the third of them into the ghost.
-        for (const auto& object : objects)
+        // The third one moves into the ghost.
+        for (std::size_t i = 0; i < objects.size(); ++i)
         {
-            if (object != nullptr)
-                object->getWorldTransform().getOrigin() += vec(0.5, 0, 0);
+            if (objects[i] != nullptr && (!areStatic || i % 3 == 0))
+                objects[i]->getWorldTransform().getOrigin() += vec(0.5, 0, 0);
         }
         if (step == 1)
             objects[2]->getWorldTransform().setOrigin(vec(0, 51, 0));
@@ -374,9 +385,12 @@ TEST(ParallelWorlds, MatchSerialWorldWhenCallbackRemovesAndAddsBodies)
     using Plain = Kind<PlainStage, btCollisionWorld>;
     for (const int newObjects : {0, 3, 6, 20})
     {
-        EXPECT_EQ(historyOfReplacement<Plain::Parallel>(newObjects),
-                  historyOfReplacement<Plain::Serial>(newObjects))
-            << newObjects;
+        for (const bool areStatic : {false, true})
+        {
+            EXPECT_EQ(historyOfReplacement<Plain::Parallel>(newObjects, areStatic),
+                      historyOfReplacement<Plain::Serial>(newObjects, areStatic))
+                << newObjects << (areStatic ? " static" : "");
+        }
     }
 }
 
