@@ -29,6 +29,10 @@ ASSIGNMENTS = {
 STOPS = {",", "?", ":", ";", "=", *ASSIGNMENTS, "%="}
 KEYWORD_STOPS = {"return", "else", "throw", "case", "co_return", "do"}
 COMMUTATIVE = {"min", "max", "dot", "swap", "hypot", "abs", "static_cast", "reinterpret_cast"}
+# Functions of this library whose result is the same for both orders of two arguments of one type.
+COMMUTATIVE |= {"areFarApart", "bytesOf", "closenessOf", "distanceMoved", "flip", "gapOf", "isHeld", "isInsideSkin", "keyOf", "larger",
+                "makePair", "meets", "overlapOf", "overlaps", "overlapsBranchless", "overlapsWithMargin", "ownerCell",
+                "passesFilter", "smaller"}
 NAMED_CONSTANT = re.compile(r"k[A-Z]\w*$")
 INTEGER = re.compile(r"(0[xX][\da-fA-F']+|0[bB][01']+|\d[\d']*)([uUlLzZ]*)$")
 LOCK = re.compile(r"(lock_guard|unique_lock|scoped_lock)$")
@@ -162,9 +166,24 @@ class Finder:
             return
         for kind, table in (("comparison", COMPARISONS), ("arithmetic", ARITHMETIC), ("bits", BITS)):
             for other in table.get(operator, ()):
+                if kind == "comparison" and len(other) != len(operator) and self.is_extreme(begin, index, end):
+                    continue
                 part = self.text if kind == "comparison" else self.operand
                 mutated = f"{part(begin, index)} {other} {part(index + 1, end)}"
                 self.add_choice(kind, begin, end, mutated, at=index)
+
+    def is_extreme(self, begin, index, end):
+        """Whether it is the condition of a maximum or minimum, `a < b ? a : b`: either of two equal numbers is the same."""
+        if self.tokens[end].text != "?":
+            return False
+        operands = ((begin, index), (index + 1, end))
+        for first, second in (operands, operands[::-1]):
+            colon = end + 1 + first[1] - first[0]
+            last = colon + 1 + second[1] - second[0]
+            if self.tokens[last:] and self.tokens[colon].text == ":" and self.text(end + 1, colon) == self.text(*first) and \
+                    self.text(colon + 1, last) == self.text(*second) and self.right_of(colon, PRECEDENCE["||"]) == last:
+                return True
+        return False
 
     def operand(self, begin, end):
         """In parentheses where another operator beside it might bind otherwise."""
