@@ -157,13 +157,33 @@ class Runner:
     def __init__(self, reaches, paths, most_seconds, folder):
         self.reaches, self.paths, self.most_seconds, self.folder = reaches, paths, most_seconds, folder
 
+    def chosen(self, mutant):
+        """[(seconds, command, test)] that there is time for, fastest first; and how many reach the mutant.
+
+        Each program has a share of the time, so that thousands of fast tests of one leave out none of another.
+        """
+        by_program = [sorted((seconds, reach.command, test) for seconds, test in reach.tests_of(mutant)) for reach in self.reaches]
+        by_program = [tests for tests in by_program if tests]
+        chosen, others, left = [], [], self.most_seconds
+        for tests in by_program:
+            share = self.most_seconds / len(by_program)
+            for entry in tests:
+                (chosen if entry[0] <= share else others).append(entry)
+                if entry[0] <= share:
+                    share -= entry[0]
+                    left -= entry[0]
+        for entry in sorted(others):
+            if entry[0] > left and chosen:
+                break
+            chosen.append(entry)
+            left -= entry[0]
+        return sorted(chosen), sum(len(tests) for tests in by_program)
+
     def rounds(self, mutant):
         """Lists of (command, tests, their seconds): the fastest tests of all programs, and then the slower ones."""
-        tests = sorted((seconds, reach.command, test) for reach in self.reaches for seconds, test in reach.tests_of(mutant))
+        chosen, count = self.chosen(mutant)
         rounds, total = [], 0.0
-        for seconds, command, test in tests:
-            if total + seconds > self.most_seconds and rounds:
-                break
+        for seconds, command, test in chosen:
             total += seconds
             step = sum(total > edge for edge in ROUNDS)
             while len(rounds) <= step:
@@ -171,7 +191,7 @@ class Runner:
             entry = rounds[step].setdefault(command, [command, [], 0.0])
             entry[1].append(test)
             entry[2] += seconds
-        return [sorted(programs.values(), key=lambda entry: entry[2]) for programs in rounds], len(tests)
+        return [sorted(programs.values(), key=lambda entry: entry[2]) for programs in rounds], count
 
     def run(self, mutant):
         rounds, _ = self.rounds(mutant)

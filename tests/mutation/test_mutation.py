@@ -278,6 +278,18 @@ class Runs(unittest.TestCase):
         rounds, _ = executing.Runner([one, two], {}, 3, None).rounds(7)
         self.assertEqual(sum(len(programs) for programs in rounds), 2)
 
+    def test_slow_tests_of_a_program_beside_many_fast_ones_of_another(self):
+        many, slow = executing.Reach("many"), executing.Reach("slow")
+        many.seconds = {f"A.{number}": 0.1 for number in range(1000)}
+        slow.seconds = {"B.a": 4.0, "B.b": 4.5}
+        many.mutants["*"].add(7)
+        slow.mutants["*"].add(7)
+        chosen, count = executing.Runner([many, slow], {}, 10, None).chosen(7)
+        self.assertEqual(count, 1002)
+        self.assertEqual([test for _, _, test in chosen if test.startswith("B")], ["B.a"])
+        self.assertGreater(len(chosen), 50)
+        self.assertLessEqual(sum(seconds for seconds, _, _ in chosen), 10)
+
     def test_names_of_tests_that_noticed(self):
         self.assertEqual(executing.killing_test("[ RUN      ] A.b\n[  FAILED  ] A.b (3 ms)\n"), "A.b")
         self.assertEqual(executing.killing_test("[ RUN      ] A.b\n[ RUN      ] A.c\n"), "A.c")
