@@ -9,7 +9,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <map>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -108,6 +110,88 @@ TEST(GridPlan, AddsNoLevelForSingleGiantInSample)
     EXPECT_GT(delta.added.size(), 20000u);
     EXPECT_EQ(backend->stats().levels, 1u);
     EXPECT_LT(backend->stats().decision.cellWidth, 20.0f);
+}
+
+/// Sizes over `octaves` octaves from the largest, `many` boxes in the lowest one and fewer above.
+SizeHistogram sizesOver(std::int32_t octaves, std::int32_t largest, std::uint32_t many)
+{
+    SizeHistogram sizes;
+    for (std::int32_t o = 0; o < octaves; ++o)
+    {
+        const auto count = static_cast<std::uint32_t>(1 + many / (1 + o * o));
+        const double edge = 0.75 * std::ldexp(1.0, largest + o - octaves + 1);
+        sizes.bins[static_cast<std::size_t>(largest + o - octaves + 1 - kLowestOctave)] = {
+            count, edge * count, 1.25 * edge * count};
+    }
+    return sizes;
+}
+
+TEST(GridPlan, HasALevelForEachOctaveUpToEight)
+{
+    const float span[3] = {500, 400, 300};
+    for (std::int32_t octaves = 1; octaves <= 20; ++octaves)
+    {
+        SCOPED_TRACE(octaves);
+        const GridPlan plan = makeGridPlan(sizesOver(octaves, 3, 1000), span, 0, 1, {1, kMaxLevels});
+        const std::int32_t together = (octaves + 7) / 8;
+        EXPECT_EQ(plan.levelCount, static_cast<std::uint32_t>((octaves + together - 1) / together));
+        EXPECT_EQ(plan.cost, plan.allLevelsCost);
+        for (std::uint32_t level = 0; level < plan.levelCount; ++level)
+        {
+            const std::int32_t top =
+                std::min(3, 3 - octaves + (static_cast<std::int32_t>(level) + 1) * together);
+            EXPECT_EQ(plan.width[level], std::ldexp(1.0f, top)) << level;
+            EXPECT_EQ(plan.levelOfOctave[static_cast<std::size_t>(top - kLowestOctave)], level);
+        }
+    }
+}
+
+/// What a plan has, in few digits.
+std::string textOf(const GridPlan& plan)
+{
+    char text[200];
+    std::snprintf(text, sizeof text, "%u levels, %.4g to %.4g wide, cost %.4g (%.4g, %.4g), tests %.4g",
+                  plan.levelCount, static_cast<double>(plan.width[0]),
+                  static_cast<double>(plan.width[plan.levelCount - 1]), plan.cost, plan.oneLevelCost,
+                  plan.allLevelsCost, plan.predictedCandidates);
+    return text;
+}
+
+// A plan shows in speed alone. After a change of the cost model insert the new values, and say what they gain.
+TEST(GridPlan, IsTheRecordedOneForFixedSizes)
+{
+    struct Recorded
+    {
+        std::int32_t octaves;
+        std::uint32_t many;
+        double density;
+        const char* text;
+    };
+    const Recorded recorded[] = {
+        {1, 1000, 1, "1 levels, 128 to 128 wide, cost 2.336e+04 (2.336e+04, 2.336e+04), tests 1.678e+04"},
+        {2, 200, 1, "1 levels, 256 to 256 wide, cost 5570 (5570, 9414), tests 1722"},
+        {3, 50000, 1, "1 levels, 24 to 24 wide, cost 3.038e+06 (3.038e+06, 6.063e+06), tests 4.161e+06"},
+        {6, 3000, 1, "1 levels, 48 to 48 wide, cost 9.793e+04 (9.793e+04, 4.494e+05), tests 8958"},
+        {6, 3000, 100, "1 levels, 16 to 16 wide, cost 1.449e+05 (1.449e+05, 4.645e+05), tests 1.559e+05"},
+        {9, 100000, 1, "1 levels, 16 to 16 wide, cost 3.419e+06 (3.419e+06, 1.639e+07), tests 5.245e+05"},
+        {9, 100000, 50, "2 levels, 8 to 16 wide, cost 9.59e+06 (9.844e+06, 1.868e+07), tests 9.567e+06"},
+        {9, 1000000, 300, "3 levels, 2 to 16 wide, cost 3.369e+08 (3.966e+09, 3.961e+08), tests 8.958e+08"},
+        {14, 1000000, 2000,
+         "3 levels, 0.5 to 16 wide, cost 2.029e+08 (5.308e+09, 2.606e+08), tests 3.761e+08"},
+        {12, 10000000, 0.1, "1 levels, 16 to 16 wide, cost 3.85e+08 (3.85e+08, 2.1e+09), tests 2.4e+08"},
+        {20, 1000, 1000, "1 levels, 16 to 16 wide, cost 3.489e+04 (3.489e+04, 7.118e+04), tests 8277"},
+        {40, 1000000, 1, "1 levels, 16 to 16 wide, cost 3.328e+07 (3.328e+07, 1.094e+08), tests 1.661e+06"},
+    };
+    const float span[3] = {500, 100, 300};
+    std::uint32_t mostLevels = 0;
+    for (const Recorded& plan : recorded)
+    {
+        SCOPED_TRACE(testing::Message() << plan.octaves << " octaves, " << plan.many << " boxes");
+        const GridPlan made = makeGridPlan(sizesOver(plan.octaves, 4, plan.many), span, 2, plan.density, {});
+        EXPECT_EQ(textOf(made), plan.text);
+        mostLevels = std::max(mostLevels, made.levelCount);
+    }
+    EXPECT_GT(mostLevels, 2u);
 }
 }  // namespace
 }  // namespace cullet::test
