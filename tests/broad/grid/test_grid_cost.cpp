@@ -14,6 +14,7 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <cmath>
 #include <numeric>
 #include <set>
@@ -166,6 +167,59 @@ TEST(GridDecision, ComparesASampleOfTheBoxesWhenMostJumpedBefore)
     for (std::size_t update = 2; update < strays.size(); ++update)
         EXPECT_EQ(strays[update], kCount) << "compares a sample in update " << update;
     EXPECT_STREQ(grid.stats().decision.reason, "most boxes jumped");
+}
+
+TEST(ColumnGrid, FindsPairsBesideAWindowOfFarMoreColumnsAlongOneAxis)
+{
+    SCOPED_TRACE("seed 64");
+    Random random(64);
+    std::vector<Aabb> boxes;
+    for (std::uint32_t i = 0; i < 6000; ++i)
+        boxes.push_back(boxAt(random.between(0, 4000), random.between(0, 3), random.between(0, 900)));
+    // Few enough to lie outside of the window, each with a partner.
+    for (std::uint32_t i = 0; i < 20; ++i)
+    {
+        const float x = random.between(0, 4000), y = random.between(100, 900), z = random.between(0, 3);
+        boxes.push_back(boxAt(x, y, z));
+        boxes.push_back(boxAt(x + 0.5f, y - 0.5f, z + 0.5f));
+    }
+    std::uint64_t expected = 0;
+    for (std::size_t i = 0; i < boxes.size(); ++i)
+        for (std::size_t j = 0; j < i; ++j)
+            expected += overlaps(boxes[i], boxes[j]) ? 1 : 0;
+    NarrowGrid narrow;
+    narrow.scan(boxes);
+    EXPECT_EQ(narrow.grid.plan().sweepAxis, 0);
+    EXPECT_EQ(narrow.found.pairs, expected);
+}
+
+/// Counts how often it is given pairs: once for each part of the columns that has some.
+class TakeCounter final : public PairSink
+{
+public:
+    void take(unsigned /*worker*/, const PairBuffer& found) override { takes += found.count != 0 ? 1 : 0; }
+
+    std::atomic<int> takes{0};
+};
+
+TEST(ColumnGrid, ScansColumnsInPartsWhenThereAreThreads)
+{
+    SCOPED_TRACE("seed 65");
+    Random random(65);
+    const std::vector<Aabb> boxes = randomBoxes(random, 20000, -25, 25);
+    GridInput input;
+    input.boxes = boxes.data();
+    input.count = static_cast<std::uint32_t>(boxes.size());
+    int takes[2];
+    for (const int threads : {1, 2})
+    {
+        ParallelLoops workers{threads};
+        ColumnGrid grid{NarrowGrid::options(), workers};
+        TakeCounter counter;
+        grid.scan(input, counter, ColumnUse::Query);
+        takes[threads - 1] = counter.takes;
+    }
+    EXPECT_GT(takes[1], takes[0] + 1);
 }
 }  // namespace
 }  // namespace cullet::test
