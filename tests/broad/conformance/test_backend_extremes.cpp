@@ -13,6 +13,7 @@
 #include <array>
 #include <limits>
 #include <string>
+#include <vector>
 
 namespace cullet::test
 {
@@ -289,6 +290,49 @@ TEST_P(BackendExtremes, ReportsExactPairsOfBoxesWithFacesOnCellBorders)
     }
     EXPECT_GT(session.addedTotal(), 500u);
     EXPECT_GT(session.removedTotal(), 500u);
+}
+
+TEST_P(BackendExtremes, FindsNoPairsOfFreeRowsBetweenOldAndNewOnes)
+{
+    constexpr std::uint32_t kFew = 4, kMany = 10000;
+    std::vector<Aabb> boxes(kMany, kEmptyAabb);
+    std::vector<std::uint32_t> ids(kMany);
+    std::vector<std::uint8_t> changes(kMany);
+    std::vector<Filter> filters(kMany, kEverything);
+    std::vector<std::uint32_t> dirty;
+    const auto create = [&](std::uint32_t row, const Aabb& box)
+    {
+        boxes[row] = box;
+        ids[row] = row + 1;
+        changes[row] = kRowCreated;
+        dirty.push_back(row);
+    };
+    const auto backend = GetParam().make();
+    const auto update = [&](std::uint32_t size)
+    {
+        ProxyView view;
+        view.size = size;
+        view.boxes = boxes.data();
+        view.uniqueIds = ids.data();
+        view.filters = filters.data();
+        view.changes = changes.data();
+        view.dirty = dirty.data();
+        view.dirtyCount = static_cast<std::uint32_t>(dirty.size());
+        PairDelta delta;
+        EXPECT_EQ(backend->update(view, delta), Status::Ok);
+        EXPECT_TRUE(delta.removed.empty());
+        for (const std::uint32_t row : dirty)
+            changes[row] = kRowUnchanged;
+        dirty.clear();
+        return delta.added;
+    };
+    for (std::uint32_t row = 0; row < kFew; ++row)
+        create(row, cube(-1, static_cast<float>(row)));
+    EXPECT_EQ(update(kFew).size(), kFew * (kFew - 1) / 2);
+    // Nobody names the rows between, which were never used.
+    create(kMany - 1, cube(-0.5f, 0.5f));
+    const Pairs expected = {{1, kMany}, {2, kMany}, {3, kMany}, {4, kMany}};
+    EXPECT_EQ(update(kMany), expected);
 }
 }  // namespace
 }  // namespace cullet::test
