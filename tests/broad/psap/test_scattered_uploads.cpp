@@ -4,6 +4,9 @@
 // Rows packed by threads while an executor picks others from the table.
 
 #include "cullet/base/threads/ordered_parts.h"
+#include "cullet/broad/psap/exec/host_exec.h"
+#include "cullet/broad/psap/update/upload_staging.h"
+#include "cullet/broad/psap/update/upload_steps.h"
 #include "cullet/tests/support/scattered_rows.h"
 
 #include <gtest/gtest.h>
@@ -71,6 +74,50 @@ TEST(ScatteredRows, GivePairStreamOfGridWhenPickedOrPacked)
                 << threads << " threads, " << (isLockable ? "picked and packed" : "packed");
         }
     }
+}
+
+TEST(MotionRecorder, RecordsTheLargestMotionUnlessARowIsNewOrFilteredAnew)
+{
+    const std::vector<Aabb> old = {boxAt(0, 0, 0), boxAt(0, 0, 0), boxAt(0, 0, 0)};
+    const auto motionWith = [&](unsigned changes)
+    {
+        std::uint32_t motion = 0;
+        const psap::MotionRecorder recorder = {&motion, nullptr, nullptr};
+        recorder.record(0, boxAt(0.5f, 0, 0), kRowMoved, old.data());
+        recorder.record(1, boxAt(0, -2, 1), changes, old.data());
+        recorder.record(2, boxAt(0, 0, 1), kRowMoved, old.data());
+        return psap::floatOf(motion);
+    };
+    EXPECT_NEAR(motionWith(kRowMoved), 2, 1e-5f);
+    EXPECT_EQ(motionWith(kRowCreated), kInfinity);
+    EXPECT_EQ(motionWith(kRowMoved | kRowRefiltered), kInfinity);
+}
+
+TEST(UploadStaging, NeedsNoChangeBitsOfRowsThatChangedInTheSameWay)
+{
+    psap::HostExec exec(PsapOptions{});
+    psap::UploadStaging<psap::HostExec> staging;
+    staging.reserve(exec, 4, true);
+    ProxyTable table;
+    for (std::uint32_t id = 1; id <= 4; ++id)
+        table.create(boxAt(static_cast<float>(id), 0, 0), id, kEverything);
+    const auto isUniform = [&](std::uint64_t begin, std::uint64_t end)
+    {
+        const ProxyView view = table.beginUpdate(0, true);
+        const bool ofTable = staging.stageTable(view, begin, end, true, false).isUniform();
+        EXPECT_EQ(staging.stageRows(view, begin, end).isUniform(), ofTable);
+        EXPECT_EQ(staging.stageRowsAndBoxes(view, begin, end).isUniform(), ofTable);
+        return ofTable;
+    };
+    EXPECT_TRUE(isUniform(0, 4)) << "all are new";
+    table.endUpdate();
+    for (ProxyId row = 0; row < 4; ++row)
+        table.setBox(row, boxAt(0, 0, static_cast<float>(row) + 1));
+    EXPECT_TRUE(isUniform(0, 4)) << "all have moved";
+    table.setFilter(2, {2, 2});
+    EXPECT_TRUE(isUniform(0, 2));
+    EXPECT_FALSE(isUniform(0, 4)) << "one of those that have moved has other filter words";
+    EXPECT_TRUE(isUniform(2, 3));
 }
 }  // namespace
 }  // namespace cullet::test
