@@ -442,5 +442,35 @@ TEST(SkinPolicy, KeepsSearchingAfterSamplesWithoutBoxesOrSizes)
     policy.recordSample(points.data(), 0);
     EXPECT_EQ(policy.choose(100), NeighbourMode::Search);
 }
+
+TEST(SkinPolicy, BeginsWithTheNumberOfBoxesThatTwoLaunchesTake)
+{
+    constexpr std::uint64_t kFewest = 1u << 15;
+    Scene few(PsapNearPairs::Automatic, 0.01f), enough(PsapNearPairs::Automatic, 0.01f);
+    few.boxes = kFewest - 1;
+    enough.boxes = kFewest;
+    for (int set = 0; set < 20; ++set)
+    {
+        few.step();
+        enough.step();
+    }
+    EXPECT_EQ(few.count(NeighbourMode::Search), 20);
+    EXPECT_GT(enough.count(NeighbourMode::Follow), 10);
+}
+
+TEST(PsapSkins, DivideManyBoxesAmongIndicesOfEightEach)
+{
+    constexpr std::uint64_t kMany = psap::StridedBoxes::kManyBoxes;
+    for (const std::uint64_t count : {kMany - 1, kMany, kMany + 1, kMany + 7, kMany + 8})
+    {
+        SCOPED_TRACE(count);
+        const psap::StridedBoxes boxes = {count};
+        EXPECT_EQ(boxes.indices(), count < kMany ? count : (count + 7) / 8);
+        std::vector<std::uint8_t> visits(count);
+        for (std::uint64_t index = 0; index < boxes.indices(); ++index)
+            boxes.forEach(index, [&](std::uint64_t i) { ++visits.at(i); });
+        EXPECT_EQ(std::count(visits.begin(), visits.end(), 1), static_cast<std::ptrdiff_t>(count));
+    }
+}
 }  // namespace
 }  // namespace cullet::test

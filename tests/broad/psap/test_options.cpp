@@ -184,6 +184,18 @@ TEST(PsapSearch, ComputesPrincipalDirectionsOfCloud)
     }
 }
 
+TEST(PsapSearch, LeavesInvalidAndUnboundedBoxesOutOfPrincipalDirections)
+{
+    const std::vector<Aabb> boxes = {
+        boxAt(1, 2, 3), cube(2, -8), boxAt(5, 6, 7), boxAt(0, 0, 0, 1e20f), {{kNan, 0, 0}, {1, 1, 1}}};
+    psap::CentreSums sums;
+    psap::SumCentres{boxes.data(), boxes.size(), 1, &sums}(0);
+    EXPECT_EQ(sums.count, 2u);
+    EXPECT_EQ(sums.sum[0], 6);
+    EXPECT_EQ(sums.product[0], 26);
+    EXPECT_EQ(sums.product[3], 1 * 2 + 5 * 6);
+}
+
 TEST(PsapSearch, UsesWorldAxesWhenSpreadIsZeroOrOverflows)
 {
     psap::CentreSums none, one, same, apart;

@@ -230,5 +230,68 @@ TEST(PsapTiles, CountEachBoxOnceForEachPlan)
     }
     EXPECT_GT(plans, 3);
 }
+
+// A few more may become large in later frames.
+TEST(PsapTiles, LeaveAtMostHalfOfThePlacesForLargeBoxesToTheLargestOnes)
+{
+    constexpr std::uint32_t kHalf = psap::PlaceInTiles::kMostUnbounded / 2;
+    for (const std::uint32_t large : {1u, kHalf, kHalf + 1, 4 * kHalf})
+    {
+        std::vector<Aabb> boxes(1000, boxAt(0, 0, 0));
+        std::fill_n(boxes.begin(), large, boxAt(0, 0, 0, 2.5f));
+        const SceneStatistics scene(boxes);
+        psap::TilePlan plan = {};
+        psap::ChooseTileCounts{&scene.moments, &scene.sizes, 1, PsapAxis::X, true, &plan}(0);
+        EXPECT_NEAR(plan.limit, large <= kHalf ? 1 : 5, 0.01) << large;
+    }
+}
+
+TEST(PsapTiles, DoNotPayWhenTilesAreFullOrBoxesInSeveral)
+{
+    constexpr std::uint64_t kSamples = 1000;
+    constexpr double kMostRoom = 2300;
+    const auto areUsed = [&](float fullest, std::uint32_t entries)
+    {
+        psap::TilePlan plan = {};
+        plan.shape.tiles = 100;
+        plan.fullestBits = bitsOf(fullest);
+        plan.entries = entries;
+        std::uint64_t word = 0;
+        psap::ChooseTileRoom{kSamples, 1, kMostRoom, false, &plan, 1, &word}(0);
+        return psap::ChooseTileRoom::shapeOf(word).tiles == 100;
+    };
+    EXPECT_TRUE(areUsed(1000, 1500));
+    EXPECT_FALSE(areUsed(1000, 1700)) << "each box is in more than 1.6 tiles";
+    EXPECT_TRUE(areUsed(2150, 1500));
+    EXPECT_FALSE(areUsed(2250, 1500)) << "a tile has no room left";
+}
+
+TEST(PsapPlans, CountBoxesInTheWindowOnly)
+{
+    SCOPED_TRACE("seed 38");
+    Random random(38);
+    std::vector<Aabb> boxes = cubesIn(1000, 4, random);
+    const SceneStatistics before(boxes);
+    psap::CentreWindow window = {};
+    psap::FindWindow{&before.moments, &window}(0);
+    for (const Aabb& box : boxes)
+        ASSERT_TRUE(window.contains(box));
+    for (int axis = 0; axis < 3; ++axis)
+        for (const float way : {-1000.0f, 1000.0f})
+        {
+            Aabb far = boxes[0];
+            far.min[axis] += way;
+            far.max[axis] += way;
+            EXPECT_FALSE(window.contains(far)) << axis << " " << way;
+            std::vector<Aabb> all = boxes;
+            all.push_back(far);
+            psap::Moments moments = {};
+            psap::SizeClasses sizes = {};
+            psap::SumBoxes{all.data(), all.size(), 1, 1, &window, &moments, &sizes}(0);
+            EXPECT_EQ(moments.count, boxes.size());
+            EXPECT_EQ(moments.others, 1u);
+            EXPECT_EQ(moments.sum[axis], before.moments.sum[axis]);
+        }
+}
 }  // namespace
 }  // namespace cullet::test

@@ -231,5 +231,40 @@ TEST(PsapTiles, FindAllPairsWithPlanOfEarlierFrame)
     EXPECT_EQ(search.find(boxes), everyPair(boxes));
     EXPECT_TRUE(search.wasFull());
 }
+
+TEST(PsapTiles, MeetInQuantaExactlyWhenEveryIntervalDoes)
+{
+    SCOPED_TRACE("seed 37");
+    Random random(37);
+    using psap::TileBox;
+    constexpr std::uint32_t kBits[3] = {TileBox::kBitsS, TileBox::kBitsU, TileBox::kBitsV};
+    int met = 0, apartOnOneAxis = 0;
+    for (int trial = 0; trial < 20000; ++trial)
+    {
+        std::uint32_t corners[2][2][3];
+        for (auto& box : corners)
+            for (int axis = 0; axis < 3; ++axis)
+            {
+                // Few values, or all that there are.
+                const std::uint32_t most = trial % 2 == 0 ? 4 : 1u << kBits[axis];
+                box[0][axis] = random.below(most);
+                box[1][axis] = box[0][axis] + random.below(most - box[0][axis]);
+            }
+        int apart = 0;
+        for (int axis = 0; axis < 3; ++axis)
+            apart += corners[0][0][axis] > corners[1][1][axis] || corners[1][0][axis] > corners[0][1][axis]
+                         ? 1
+                         : 0;
+        const auto packed = [&](int box, int side)
+        { return TileBox::packed(corners[box][side][0], corners[box][side][1], corners[box][side][2]); };
+        const TileBox a = {packed(0, 0), packed(0, 1)}, b = {packed(1, 0), packed(1, 1)};
+        ASSERT_EQ(a.mayMeet(b), apart == 0) << trial;
+        ASSERT_EQ(b.mayMeet(a), apart == 0) << trial;
+        met += apart == 0 ? 1 : 0;
+        apartOnOneAxis += apart == 1 ? 1 : 0;
+    }
+    EXPECT_GT(met, 2000);
+    EXPECT_GT(apartOnOneAxis, 2000);
+}
 }  // namespace
 }  // namespace cullet::test
