@@ -43,6 +43,7 @@ struct Found
     std::uint32_t levels = 0;
     std::uint32_t largestSum = 0;
     std::uint32_t mostAtOnce = 0;
+    std::uint64_t tests = 0;
 };
 
 template <class IsNew>
@@ -51,7 +52,7 @@ Found searchTogether(const std::vector<Aabb>& boxes, const IsNew& isNew, const P
     WarpExec exec(options);
     psap::CountingSearch<WarpExec> search(inGroups(options), options.axis);
     const Pairs pairs = findWith(exec, search, boxes, isNew);
-    return {pairs, search.levelCount(), exec.largestSum, exec.mostAtOnce};
+    return {pairs, search.levelCount(), exec.largestSum, exec.mostAtOnce, exec.tests};
 }
 
 /// An entry test that needs rows and depths.
@@ -148,6 +149,46 @@ TEST(WarpSearch, SearchesInHalvesAroundHeap)
     const Found found = searchTogether(boxes, psap::EveryPair{});
     EXPECT_EQ(found.pairs, everyPair(boxes));
     EXPECT_GT(found.largestSum, 512u);
+}
+
+TEST(WarpSearch, SeesRegionsThatAreLongAlongAnyAxis)
+{
+    for (int axis = 0; axis < 3; ++axis)
+    {
+        psap::Region region = psap::Region::emptyBox();
+        Aabb box = boxAt(100, -200, 300);
+        region.include(psap::recordOf(box, {0, 1, 2}, 0, 0));
+        EXPECT_FALSE(region.isLongerThan(1.5f));
+        box.min[axis] -= 1;
+        box.max[axis] += 1;
+        region.include(psap::recordOf(box, {0, 1, 2}, 1, 0));
+        EXPECT_TRUE(region.isLongerThan(2.5f)) << axis;
+        EXPECT_FALSE(region.isLongerThan(3.5f)) << axis;
+    }
+}
+
+// Any plan and any order find the same pairs. After a change of the search insert the new numbers.
+TEST(WarpSearch, MakesTheRecordedNumberOfTests)
+{
+    SCOPED_TRACE("seed 8");
+    Random random(8);
+    std::vector<Aabb> heap, sizes;
+    for (int i = 0; i < 150; ++i)
+        heap.push_back(boxAt(random.point(14, 16), 0.1f));
+    for (int i = 0; i < 90; ++i)
+        heap.push_back(boxAt(random.point(0, 30), 0.1f));
+    for (int i = 0; i < 200; ++i)
+        sizes.push_back(boxAt(random.point(0, 8), random.logUniform(-5, 1)));
+    sizes.push_back(boxAt(0, 0, 0, 1e20f));
+    const std::vector<Aabb> even = cubesIn(160, 3, random, 4, 1, 2);
+    std::vector<std::uint64_t> tests;
+    for (const std::vector<Aabb>& boxes : {heap, sizes, even})
+    {
+        const Found found = searchTogether(boxes, psap::EveryPair{});
+        EXPECT_EQ(found.pairs, everyPair(boxes));
+        tests.push_back(found.tests);
+    }
+    EXPECT_EQ(tests, (std::vector<std::uint64_t>{9728, 10536, 3648}));
 }
 
 TEST(WarpSearch, FindsPairsOfFewIdenticalBoxes)

@@ -6,6 +6,7 @@
 #include "cullet/broad/psap/exec/host_exec.h"
 
 #include <algorithm>
+#include <atomic>
 #include <condition_variable>
 #include <cstdint>
 #include <mutex>
@@ -72,11 +73,13 @@ public:
             lane.join();
         largestSum = warp.largestSum;
         mostAtOnce = warp.mostAtOnce;
+        tests += warp.tests;
     }
 
     /// The largest total that the lanes of the last step requested.
     std::uint32_t largestSum = 0;
     std::uint32_t mostAtOnce = 0;  ///< pairs appended by a group at once
+    std::uint64_t tests = 0;       ///< box tests of all steps
 
 private:
     template <class Scratch>
@@ -87,6 +90,7 @@ private:
         std::uint64_t said[kLanes] = {};
         Scratch scratch = {};
         std::uint32_t largestSum = 0, mostAtOnce = 0;  ///< written by the first lane
+        std::atomic<std::uint64_t> tests{0};
     };
 
     /// The group as seen by a step.
@@ -99,7 +103,7 @@ private:
         Lane(Warp<Scratch>& warp, std::uint32_t lane) : m_warp(warp), m_lane(lane) {}
 
         void push(RowPair pair) { m_warp.list.push(pair); }
-        void tested(std::uint64_t) {}
+        void tested(std::uint64_t count) { m_warp.tests += count; }
         bool any(bool isMine) { return ballot(isMine) != 0; }
 
         Scratch& scratch() { return m_warp.scratch; }
