@@ -202,10 +202,9 @@ ProxyView ProxyTable::beginUpdate(float margin, bool useFilter)
     std::uint8_t anyChanges = 0;
     for (std::uint32_t begin = 0; begin < size(); begin += 1u << kBlockShift)
     {
-        if (!isBlockMarked(begin >> kBlockShift, kBlockForUpdate))
-            continue;
-        to = listSetBytes(m_changes.data(), begin, std::min(size(), begin + (1u << kBlockShift)), to,
-                          anyChanges);
+        if (isBlockMarked(begin >> kBlockShift, kBlockForUpdate))
+            to = listSetBytes(m_changes.data(), begin, std::min(size(), begin + (1u << kBlockShift)), to,
+                              anyChanges);
     }
     m_dirtyCount = static_cast<std::uint32_t>(to - m_dirty.data());
     ProxyView view;

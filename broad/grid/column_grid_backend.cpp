@@ -191,7 +191,6 @@ void ColumnGridBackend::forgetRows()
     m_filterWords.clear();
     m_moverStamps.clear();
     m_anchors.clear();
-    m_anchorAge = 0;
     m_areMotionsUneven = false;
     m_boundOctave = kLeastBoundOctave;
     m_calmUpdates = 0;
