@@ -5,6 +5,7 @@
 // motion.
 
 #include "cullet/broad/grid/column_grid_backend.h"
+#include "cullet/broad/grid/columns/motion_histogram.h"
 #include "cullet/tests/support/backend_session.h"
 #include "cullet/tests/support/random.h"
 
@@ -22,6 +23,24 @@ namespace
 constexpr float kStep = 1.0f / 1024;  // of all coordinates, so that sums are exact
 constexpr std::uint32_t kSeed = 31;
 constexpr std::size_t kPairs = 300;
+
+TEST(MotionHistogram, ComparesTheMeanMotionWithTheLargest)
+{
+    for (const std::uint32_t octave : {1u, 60u, 126u, 200u})
+    {
+        SCOPED_TRACE(octave);
+        GridMotion motion = {};
+        EXPECT_EQ(evenness(motion, 100), 1) << "nothing moves";
+        motion.octaves[octave] = 100;
+        EXPECT_DOUBLE_EQ(evenness(motion, 100), 1);
+        motion.octaves[octave + 2] = 1;
+        EXPECT_DOUBLE_EQ(evenness(motion, 101), (100 + 4) / (4.0 * 101));
+        EXPECT_EQ(countFrom(motion, octave), 101u);
+        EXPECT_EQ(countFrom(motion, octave + 1), 1u);
+        EXPECT_EQ(octaveAbove(motion, 0), octave + 3);
+        EXPECT_EQ(octaveAbove(motion, 1), octave + 1);
+    }
+}
 
 /// Two cubes that touch, face to face along an axis.
 struct TouchingPair

@@ -293,5 +293,61 @@ TEST(PsapPlans, CountBoxesInTheWindowOnly)
             EXPECT_EQ(moments.sum[axis], before.moments.sum[axis]);
         }
 }
+
+TEST(PsapPlans, MeasureBoxesByTheirLongestSideAlongAnyAxis)
+{
+    SCOPED_TRACE("seed 39");
+    Random random(39);
+    for (int axis = 0; axis < 3; ++axis)
+    {
+        SCOPED_TRACE(axis);
+        Aabb bar = boxAt(3, 2, 1);
+        bar.max[axis] = bar.min[axis] + 7;
+        EXPECT_EQ(psap::boundedExtent(bar), 7);
+        bar.max[axis] = kInfinity;
+        EXPECT_EQ(psap::boundedExtent(bar), psap::kInfinity);
+        // Bars beside each other, whose pairs a plan for their short sides would miss.
+        std::vector<Aabb> bars;
+        for (int i = 0; i < 1200; ++i)
+        {
+            bars.push_back(boxAt(random.point(0, 20), 0.25f));
+            bars.back().max[axis] += i % 3 == 0 ? 8.0f : 4.0f;
+        }
+        const Pairs expected = everyPair(bars);
+        EXPECT_GT(expected.size(), 500u);
+        for (const PsapOrder order : {PsapOrder::Counting, PsapOrder::Bins, PsapOrder::Tiles})
+        {
+            WatchedSearch search(order);
+            search.find(bars);
+            EXPECT_EQ(search.find(bars), expected) << static_cast<int>(order);
+        }
+    }
+}
+
+TEST(PsapPlans, UseCellsAndBinsOfTheSizesThatAreAskedForInWarps)
+{
+    SCOPED_TRACE("seed 40");
+    Random random(40);
+    const SceneStatistics scene(cubesIn(1000, 4, random));
+    for (const float cell : {2.0f, 3.0f})
+        for (const float bin : {0.5f, 2.0f})
+        {
+            psap::LevelPlan plan = {};
+            psap::PlanLevels{&scene.moments, &scene.sizes, 1.0, PsapAxis::X, cell, bin, 0,
+                             true,           kManyBins,    1,   &plan}(0);
+            const psap::PlanLevel& level = plan.levels[0];
+            EXPECT_NEAR(1 / level.inverseBin, bin * level.limit, 1e-3);
+            // A whole number of cells of equal width.
+            EXPECT_NEAR(1 / level.inverseU, cell * level.limit, 0.3 * cell);
+        }
+}
+
+TEST(PsapPlans, SeeNoMotionOfBoxesThatStayEmpty)
+{
+    const Aabb inverted = cube(2, 1);
+    EXPECT_EQ(psap::distanceFromStored(psap::emptyBox(), inverted), 0);
+    EXPECT_FALSE(psap::distanceFromStored(psap::emptyBox(), boxAt(0, 0, 0)) < psap::kInfinity);
+    EXPECT_NEAR(psap::distanceFromStored(boxAt(0, 0, 0), boxAt(0, 3, 0)), 3, 1e-5);
+}
 }  // namespace
 }  // namespace cullet::test

@@ -93,6 +93,20 @@ TEST(MotionRecorder, RecordsTheLargestMotionUnlessARowIsNewOrFilteredAnew)
     EXPECT_EQ(motionWith(kRowMoved | kRowRefiltered), kInfinity);
 }
 
+TEST(UploadStaging, SumsUpWhatPartsOfTheRowsHaveInCommon)
+{
+    using Summary = psap::UploadStaging<psap::HostExec>::Summary;
+    Summary sum;
+    sum.add(Summary::ofMoved());
+    sum.add(Summary::ofMoved());
+    EXPECT_TRUE(sum.isUniform());
+    sum.add({kRowMoved | kRowRefiltered, kRowMoved, 7});
+    EXPECT_FALSE(sum.isUniform());
+    EXPECT_EQ(sum.anyChanges, kRowMoved | kRowRefiltered);
+    EXPECT_EQ(sum.allChanges, kRowMoved);
+    EXPECT_EQ(sum.largestId, 7u);
+}
+
 TEST(UploadStaging, NeedsNoChangeBitsOfRowsThatChangedInTheSameWay)
 {
     psap::HostExec exec(PsapOptions{});
