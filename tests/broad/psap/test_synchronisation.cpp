@@ -11,6 +11,7 @@
 #include <gtest/gtest.h>
 
 #include <cstdint>
+#include <vector>
 
 namespace cullet::test
 {
@@ -144,6 +145,27 @@ TEST_F(PsapSynchronisation, WaitsTwiceWhenManyChangesFollowFew)
         move(body, 4.0f * static_cast<float>(500 + body));
     EXPECT_EQ(update(delta), 2);
     EXPECT_EQ(delta.removed.size(), 499u);
+}
+
+TEST_F(PsapTransfers, WaitOnceForAsManyChangesAsBeforeWhenFewerCameBetween)
+{
+    PairDelta delta;
+    update(delta);
+    std::uint32_t frame = 0;
+    for (const std::uint32_t moved : {150u, 150u, 150u, 150u, 105u, 105u, 150u, 105u, 105u, 150u})
+    {
+        // Every second body leaves while the others return.
+        for (std::uint32_t k = 0; k < moved; ++k)
+            move(3 * k, (k + frame) % 2 == 0 ? 10.0f * static_cast<float>(1000 + 3 * k) : 0.0f);
+        const int waits = update(delta);
+        const auto changed = static_cast<double>(delta.added.size() + delta.removed.size());
+        if (frame >= 3)
+        {
+            EXPECT_EQ(waits, 1) << frame;
+            EXPECT_NEAR(changed, 2.0 * moved, 2.0) << frame;
+        }
+        ++frame;
+    }
 }
 
 TEST_F(PsapTransfers, MoveOnlyBytesOfChangesAndChangedRows)
