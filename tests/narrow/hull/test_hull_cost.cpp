@@ -105,6 +105,31 @@ TEST(HullCost, ComparesEachPointWithFewTrianglesWhenThereAreMany)
     }
 }
 
+/// Corners of a tetrahedron, and points on one of its faces from left to right.
+Points sweptTriangle(int count, unsigned seed)
+{
+    std::mt19937 engine(seed);
+    std::uniform_real_distribution<double> part(0.0, 1.0);
+    std::vector<double> places;
+    for (int i = 0; i < count; ++i)
+        places.push_back(part(engine));
+    std::sort(places.begin(), places.end());
+    Points points = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+    for (const double x : places)
+        points.push_back({x, (1.0 - x) * part(engine), 0.0});
+    return points;
+}
+
+TEST(SurfacePoints, SplitTrianglesEvenlyThoughPointsComeFromLeftToRight)
+{
+    constexpr unsigned kSeed = 72;
+    const Points points = sweptTriangle(5000, kSeed);
+    const SurfacePoints extra(points, Quickhull(points, seedOf(points)), 1e-12);
+    EXPECT_EQ(extra.attached().size(), 5000u);
+    // 33 for a point with points in random order, 42 from left to right.
+    EXPECT_LT(extra.testCount(), 37u * 5000) << "seed " << kSeed;
+}
+
 TEST(SurfacePoints, HaveDistinctCorners)
 {
     const Points points = gridBoxPoints(7);

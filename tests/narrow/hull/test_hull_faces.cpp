@@ -237,5 +237,29 @@ TEST(FaceMerger, MakesSimpleOutlinesForEveryTolerance)
         expectPolyhedron(faces, merged.edges());
     }
 }
+
+TEST(ScaledNormal, HasTheSameBitsFromWhicheverCornerATriangleStarts)
+{
+    constexpr unsigned kSeed = 41;
+    std::mt19937 engine(kSeed);
+    int differing = 0;
+    for (int i = 0; i < 1000; ++i)
+    {
+        // Two sides are longest, and often equally long when rounded; the products at either end of the third differ.
+        const Eigen::Vector3d b = randomDirection(engine), c = randomDirection(engine);
+        const Points points = {0.5 * (b + c) + 3.0 * (c - b).unitOrthogonal(), b, c};
+        Quickhull::Triangle triangle = {{0, 1, 2}, {}};
+        const Eigen::Vector3d first = scaledNormal(points, triangle);
+        for (const std::array<std::int32_t, 3>& corners : {std::array<std::int32_t, 3>{1, 2, 0}, {2, 0, 1}})
+        {
+            triangle.vertex = corners;
+            EXPECT_EQ(scaledNormal(points, triangle), first) << "seed " << kSeed << ", triangle " << i;
+            differing +=
+                scaledNormal(points[corners[0]], points[corners[1]], points[corners[2]]) != first ? 1 : 0;
+        }
+    }
+    // Else no order would be seen in the bits.
+    EXPECT_GT(differing, 100);
+}
 }  // namespace
 }  // namespace cullet::test

@@ -148,6 +148,38 @@ TYPED_TEST(PointBlocksTest, VisitEveryPointThatMayBeLevelOrHigher)
     EXPECT_LT(visits, 2 * level);
 }
 
+TYPED_TEST(PointBlocksTest, VisitEveryPointWithinADepthBelowAVertex)
+{
+    using S = TypeParam;
+    constexpr double kDepth = 0.001;
+    // A small ball: the depth is a length, and a slope has none.
+    const Hull<S> cloud = makeCloud(castPoints<S>(scaled(ball(), 0.01)));
+    std::int64_t within = 0, visits = 0, all = 0;
+    for (const Eigen::Vector3d& direction : directions())
+    {
+        if (direction.isZero(0.0))
+            continue;
+        const double length = direction.norm();
+        const std::int32_t top = hitLinear(cloud, direction.template cast<S>().eval()).vertex;
+        const auto height = [&](std::int32_t i) -> double
+        { return direction.dot(cloud.vertex(i).template cast<double>()); };
+        std::set<std::int32_t> visited;
+        EXPECT_TRUE(allOfNeighbours(cloud, top, direction, 0.0, kDepth * length,
+                                    [&](std::int32_t id) { return visited.insert(id), true; }));
+        visits += static_cast<std::int64_t>(visited.size());
+        all += cloud.vertexCount();
+        for (std::int32_t i = 0; i < cloud.vertexCount(); ++i)
+        {
+            if (height(i) < height(top) - kDepth * length)
+                continue;
+            ++within;
+            ASSERT_EQ(visited.count(i), 1u) << i << " " << direction.transpose();
+        }
+    }
+    EXPECT_GT(within, 2000);
+    EXPECT_LT(visits, all / 10);
+}
+
 TEST(PointBlocks, AreThereOnlyForVeryManyPoints)
 {
     const Points points = ball();

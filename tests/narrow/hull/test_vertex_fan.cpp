@@ -9,6 +9,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <cstdint>
 #include <random>
 #include <string>
 #include <vector>
@@ -147,6 +149,59 @@ TYPED_TEST(VertexFanTest, HasItsEdgesShownByAProjectionFromTheCentre)
     EXPECT_GT(shown[0], asked[0] * 8 / 10) << asked[0];
     EXPECT_GT(shown[1], asked[1] / 2) << asked[1];
     EXPECT_GT(asked[1], 1000);
+}
+
+TYPED_TEST(VertexFanTest, HasTheFacesOfTheHullWhenThereAreTooManyPointsToProject)
+{
+    using S = TypeParam;
+    constexpr unsigned kSeed = 31;
+    SCOPED_TRACE(kSeed);
+    std::mt19937 engine(kSeed);
+    int known = 0, asked = 0;
+    for (int i = 0; i < 4; ++i)
+    {
+        const PointsOf<S> points =
+            fanPoints<S>(0, CornerProjection<S>::kMostPoints + 1 + 40 * i, 0.0, engine);
+        const Hull<S> hull = makeCornerHull(points), cloud = makeCloud(points);
+        for (std::int32_t v = 0; v < hull.vertexCount(); v += 3)
+        {
+            const std::int32_t vertex = hull.sourceIndex(v);
+            const VertexFan<S> fan(cloud, vertex, cloud.vertex(vertex).template cast<double>());
+            ++asked;
+            if (!fan.isKnown())
+                continue;
+            ++known;
+            expectSameFaces(fan, hull, v);
+            ASSERT_FALSE(testing::Test::HasFailure()) << "points " << i << " vertex " << v;
+        }
+    }
+    EXPECT_GT(asked, 300);
+    EXPECT_GT(known, asked * 8 / 10);
+}
+
+/// The tip of a cone over a polygon whose sides all differ.
+template <class S>
+PointsOf<S> conePoints(std::size_t sides)
+{
+    PointsOf<S> points = {{0, 1, 0}};
+    for (std::size_t i = 0; i < sides; ++i)
+    {
+        const double part = double(i) / double(sides), angle = 6.2 * part * (0.7 + 0.3 * part);
+        points.push_back({S(std::cos(angle)), S(0), S(std::sin(angle))});
+    }
+    return points;
+}
+
+TYPED_TEST(VertexFanTest, IsKnownAtATipWithUpToSixteenFaces)
+{
+    using S = TypeParam;
+    for (std::size_t sides = 3; sides < 40; ++sides)
+    {
+        const Hull<S> cloud = makeCloud(conePoints<S>(sides));
+        const VertexFan<S> fan(cloud, 0, Eigen::Vector3d::UnitY());
+        EXPECT_EQ(fan.isKnown(), sides <= 16) << sides;
+        EXPECT_EQ(fan.end() - fan.begin(), sides <= 16 ? static_cast<std::ptrdiff_t>(sides) : 0);
+    }
 }
 
 TYPED_TEST(VertexFanTest, HasNoEdgesInAProjectionWithPointsLevelOrAbove)
