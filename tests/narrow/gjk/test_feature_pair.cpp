@@ -3,6 +3,7 @@
 #include "cullet/demos/scenes/hulls/hull_pairs.h"
 #include "cullet/narrow/epa/epa.h"
 #include "cullet/narrow/epa/exact_penetration.h"
+#include "cullet/narrow/gjk/bent_face.h"
 #include "cullet/narrow/gjk/feature_pair.h"
 #include "cullet/narrow/gjk/gjk.h"
 #include "cullet/tests/narrow/shapes.h"
@@ -11,6 +12,8 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <cstdint>
 #include <limits>
 #include <random>
 #include <string>
@@ -307,6 +310,54 @@ TYPED_TEST(FeaturePairTest, SolvesCrossingEdgesAtAnyLength)
             EXPECT_NEAR((pair.pointOfB() + gap * Eigen::Vector3d::UnitZ()).norm(), 0.0, 1e-6 * gap);
         }
     }
+}
+
+/// A polygon around the origin in a plane, whose corners are moved off it by up to a bend.
+Points bentPolygon(int corners, double bend, std::mt19937& engine)
+{
+    std::uniform_real_distribution<double> part(0.1, 0.9), rise(-bend, bend);
+    Points points;
+    for (int i = 0; i < corners; ++i)
+    {
+        const double angle = 6.283 * (i + part(engine)) / corners;
+        points.push_back({std::cos(angle), std::sin(angle), rise(engine)});
+    }
+    return points;
+}
+
+TEST(BentFace, HasItsHighestTriangleAroundThePlaceAndNoCornerAboveIt)
+{
+    constexpr unsigned kSeed = 43;
+    constexpr double kLevel = 1e-9;
+    std::mt19937 engine(kSeed);
+    std::uniform_real_distribution<double> inside(-0.1, 0.1);
+    int found = 0, notTheFirst = 0;
+    for (int i = 0; i < 2000; ++i)
+    {
+        SCOPED_TRACE("seed " + std::to_string(kSeed) + ", face " + std::to_string(i));
+        const int corners = 4 + i % 6;
+        const Points points = bentPolygon(corners, 1e-3, engine);
+        const auto point = [&](std::int32_t corner) -> Eigen::Vector3d { return points[corner]; };
+        const double x = inside(engine), y = inside(engine);
+        const Eigen::Vector3d normal = areaNormal(corners, point).normalized(), place(x, y, 0.5);
+        std::array<std::int32_t, 3> three;
+        if (!findHighestTriangle(corners, point, normal, place, kLevel, three))
+            continue;
+        ++found;
+        const Eigen::Vector3d a = point(three[0]);
+        const Eigen::Vector3d up = (point(three[1]) - a).cross(point(three[2]) - a).normalized();
+        EXPECT_GT(up.dot(normal), 0.9);
+        for (std::size_t k = 0; k < 3; ++k)
+        {
+            const Eigen::Vector3d from = point(three[k]), to = point(three[(k + 1) % 3]);
+            EXPECT_GE(normal.dot((to - from).cross(place - from)), -1e-9) << "side " << k;
+        }
+        for (std::int32_t corner = 0; corner < corners; ++corner)
+            EXPECT_LE(up.dot(point(corner) - a), kLevel) << "corner " << corner;
+        notTheFirst += three != std::array<std::int32_t, 3>{0, 1, 2};
+    }
+    EXPECT_EQ(found, 2000);
+    EXPECT_GT(notTheFirst, 1000);
 }
 }  // namespace
 }  // namespace cullet::test

@@ -5,12 +5,14 @@
 #include "cullet/narrow/gjk/isa_gjk.h"
 #include "cullet/narrow/gjk/simplex_steps.h"
 #include "cullet/narrow/gjk/tetrahedron_walk.h"
+#include "cullet/tests/narrow/search_observer.h"
 #include "cullet/tests/narrow/shapes.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <random>
@@ -156,6 +158,59 @@ TEST(TetrahedronWalk, ProvesOverlapWhateverTheOrderOfPoints)
 {
     checkOrientations<float>();
     checkOrientations<double>();
+}
+
+/// The distance of the origin beyond each face of a tetrahedron; face f is opposite to point f.
+std::array<double, 4> distancesBeyond(const Points& points, std::array<Eigen::Vector3d, 4>& normals)
+{
+    std::array<double, 4> distances;
+    for (std::size_t f = 0; f < 4; ++f)
+    {
+        const Eigen::Vector3d &a = points[(f + 1) % 4], &b = points[(f + 2) % 4], &c = points[(f + 3) % 4];
+        Eigen::Vector3d& normal = normals[f];
+        normal = (b - a).cross(c - a).normalized();
+        normal *= normal.dot(points[f] - a) > 0.0 ? -1.0 : 1.0;
+        distances[f] = -normal.dot(a);
+    }
+    return distances;
+}
+
+TEST(TetrahedronWalk, SearchesBeyondTheFaceFarthestFromTheOriginWhenItIsOutsideOfSeveral)
+{
+    constexpr unsigned kSeed = 76;
+    testing::Test::RecordProperty("seed", std::to_string(kSeed));
+    std::mt19937 engine(kSeed);
+    const Hull<float> point = hullOf<float>({{0.0, 0.0, 0.0}});
+    std::array<int, 4> farthest = {};
+    for (int i = 0; i < 400; ++i)
+    {
+        Points points;
+        const Eigen::Vector3d shift = 1.5 * randomDirection(engine);
+        for (int k = 0; k < 4; ++k)
+            points.push_back(randomDirection(engine) + shift);
+        std::array<Eigen::Vector3d, 4> normals;
+        const std::array<double, 4> beyond = distancesBeyond(points, normals);
+        std::array<double, 4> sorted = beyond;
+        std::sort(sorted.begin(), sorted.end());
+        if (!(sorted[2] > 0.01 && sorted[3] > sorted[2] + 0.01))
+            continue;
+        const auto face =
+            static_cast<std::size_t>(std::max_element(beyond.begin(), beyond.end()) - beyond.begin());
+        ++farthest[face];
+        const Hull<float> hull = hullOf<float>(points);
+        const Eigen::Matrix3f identity = Eigen::Matrix3f::Identity();
+        const PosedHull<float> a(hull, identity, Eigen::Vector3f::Zero()),
+            b(point, identity, Eigen::Vector3f::Zero());
+        Eigen::Vector3d first = Eigen::Vector3d::Zero();
+        SearchObserver observer = [&first](const Eigen::Vector3d& axis, double)
+        { first = first.isZero(0.0) ? axis.normalized() : first; };
+        const HullPair<float> pair(a, b);
+        TetrahedronWalk<float, SearchObserver> walk(pair, 0.0f, observer);
+        walk.run({0, 1, 2, 3}, {0, 0, 0, 0});
+        EXPECT_GT(std::abs(first.dot(normals[face])), 0.9999) << "seed " << kSeed << ", tetrahedron " << i;
+    }
+    for (const int count : farthest)
+        EXPECT_GT(count, 20);
 }
 }  // namespace
 }  // namespace cullet::test
