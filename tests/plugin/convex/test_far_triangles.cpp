@@ -155,6 +155,34 @@ TEST(FarTriangles, HaveExactDistancesWhenTheyAreLarge)
     EXPECT_GT(worst, 0.0);
 }
 
+TEST(FarTriangles, AreTouchedBelowATipThoughTheirFirstCornerIsFarAway)
+{
+    // A tip at the bottom of a hull, whose place on the triangle is known.
+    btConvexHullShape spike;
+    for (const btVector3& point :
+         {vec(0, -0.5, 0), vec(0.5, 0.5, 0), vec(-0.3, 0.5, 0.4), vec(-0.3, 0.5, -0.4)})
+        spike.addPoint(point);
+    btTriangleShape triangle(vec(1e5, 0, 0.3), vec(-1e5, 0, -1e5), vec(-1e5, 0, 1e5));
+    triangle.setMargin(0);
+    constexpr double kTolerance = sizeof(btScalar) == sizeof(float) ? 1e-5 : 1e-13;
+    ConvexBench bench;
+    std::mt19937 engine(13);
+    std::uniform_real_distribution<double> place(-1, 1);
+    double worst = 0.0;
+    for (int i = 0; i < 100; ++i)
+    {
+        const double x = place(engine), z = place(engine);
+        const btTransform identity = btTransform::getIdentity();
+        const btTransform at(btQuaternion::getIdentity(), vec(x, 0.75, z));
+        const auto found = i % 2 == 0 ? bench.closest(triangle, identity, spike, at, 1)
+                                      : bench.closest(spike, at, triangle, identity, 1);
+        ASSERT_TRUE(found.has_value());
+        const btVector3 off = found->onB - at.getOrigin();
+        worst = std::max({worst, std::abs(double(off.x())), std::abs(double(off.z()))});
+    }
+    EXPECT_LT(worst, kTolerance);
+}
+
 TEST(FarTriangles, HaveExactDistancesWhenTheirMeshIsLarge)
 {
     auto round = makeHullShape(ballPoints(20, 0.5, 9));

@@ -127,6 +127,28 @@ TEST(BroadphaseQueries, IgnoreUninitialisedSignsOfRayCallback)
     EXPECT_EQ(hits.ids, (Ids{1}));
 }
 
+TEST(BroadphaseQueries, FindTheSameBoxesForRayDirectionsOfAnyLength)
+{
+    Broadphase broadphase(bruteOptions());
+    for (int i = -3; i <= 3; ++i)
+        addCube(broadphase, vec(3 * i, 2 * i, -4 * i));
+    for (const int sign : {1, -1})
+    {
+        const btVector3 from = vec(-12, -8, 16) * btScalar(sign), to = -from;
+        const Ids expected = rayHits(broadphase, from, to);
+        EXPECT_EQ(expected.size(), 7u);
+        for (const double length : {0.01, 0.5, 1.0, 7.0, 1000.0})
+        {
+            RayHits hits(from, to);
+            for (int axis = 0; axis < 3; ++axis)
+                hits.m_rayDirectionInverse[axis] /= btScalar(length);
+            hits.m_lambda_max /= btScalar(length);
+            broadphase.rayTest(from, to, hits);
+            EXPECT_EQ(hits.ids, expected) << length;
+        }
+    }
+}
+
 TEST(BroadphaseQueries, TolerateCallbackThatShortensRayQueriesAndDestroysProxies)
 {
     Broadphase broadphase(bruteOptions());

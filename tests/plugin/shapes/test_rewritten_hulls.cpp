@@ -8,7 +8,10 @@
 
 #include <gtest/gtest.h>
 
+#include <cstddef>
 #include <cstdint>
+#include <set>
+#include <utility>
 #include <vector>
 
 namespace cullet::test
@@ -91,5 +94,40 @@ TEST(HullCache, SharesOneGraphAmongEditedShapesWithEqualPoints)
         EXPECT_TRUE(samePoints(*rewrite(*second, ofSecond, seed), *second));
     EXPECT_EQ(ofFirst.graphOf(*first, 0), graph);
     EXPECT_EQ(graph->vertex(0), corner);
+}
+
+TEST(HullContents, HaveAHashThatEveryPointAndItsPlaceChange)
+{
+    std::set<std::uint64_t> hashes;
+    HullContents contents;
+    std::size_t sets = 0;
+    const auto add = [&](const btConvexHullShape& shape)
+    {
+        contents.assign(shape);
+        hashes.insert(contents.hash());
+        // Half of it chooses a bucket of a map.
+        EXPECT_NE(contents.hash() >> 32, 0u);
+        ++sets;
+    };
+    for (int count = 1; count < 40; ++count)
+    {
+        const auto shape = makeHullShape(ballPoints(count, 0.5, 21));
+        add(*shape);
+        for (int i = 0; i < count; ++i)
+        {
+            btVector3& point = shape->getUnscaledPoints()[i];
+            for (int axis = 0; axis < 3; ++axis)
+            {
+                point[axis] += btScalar(0.001);
+                add(*shape);
+            }
+        }
+        if (count == 1)
+            continue;
+        std::swap(shape->getUnscaledPoints()[0], shape->getUnscaledPoints()[count - 1]);
+        add(*shape);
+    }
+    EXPECT_GT(sets, 2000u);
+    EXPECT_EQ(hashes.size(), sets);
 }
 }  // namespace cullet::test

@@ -4,12 +4,14 @@
 #include "cullet/plugin/shapes/separating_axis.h"
 #include "cullet/tests/plugin/random_motion.h"
 
+#include <BulletCollision/CollisionShapes/btCylinderShape.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
+#include <random>
 #include <vector>
 
 namespace cullet::test
@@ -251,6 +253,43 @@ TEST(AxisTest, ProvesNothingWhenPoseIsNotFinite)
                 EXPECT_FALSE(scene.prove(0, cache, room, failed));
                 EXPECT_EQ(failed.vertexA, -1);
             }
+        }
+    }
+}
+
+TEST(TurnRates, AreSlightlyMoreThanTheGrowthOfTheirOwnCore)
+{
+    std::mt19937 engine(51);
+    std::uniform_real_distribution<float> part(-1, 1), length(0.2f, 1.7f);
+    const auto exact = [](float cosine, float length2)
+    { return std::sqrt(std::max(0.0f, length2 - cosine * cosine)); };
+    for (int i = 0; i < 1000; ++i)
+    {
+        const float v = length(engine), length2 = v * v, reachA = 0.5f + std::abs(part(engine));
+        const float reachB = 0.5f + std::abs(part(engine)), a = v * part(engine), b = v * part(engine);
+        const TurnRates rates(reachA, a * reachA, reachB, b * reachB, length2);
+        // Below the middle of the ball, its whole radius turns.
+        const float ofA = exact(std::max(a, 0.0f), length2), ofB = exact(std::max(b, 0.0f), length2);
+        EXPECT_GE(rates.a(), std::max(ofA, TurnRates::kLeast)) << "seed 51, case " << i;
+        EXPECT_GE(rates.b(), std::max(ofB, TurnRates::kLeast)) << "seed 51, case " << i;
+        EXPECT_LE(rates.a(), std::max(ofA, TurnRates::kLeast) + 0.03f) << "seed 51, case " << i;
+        EXPECT_LE(rates.b(), std::max(ofB, TurnRates::kLeast) + 0.03f) << "seed 51, case " << i;
+    }
+}
+
+TEST(ConvexKinds, LeaveACylinderOutOnlyWhenItIsThinnerThanItsMargin)
+{
+    btCylinderShape cylinder(vec(0.5, 0.5, 0.5));
+    EXPECT_EQ(convexKindOf(cylinder), ConvexKind::Support);
+    for (const int axis : {0, 1, 2})
+    {
+        btVector3 core(1, 1, 1);
+        for (const btScalar half : {btScalar(0.25), btScalar(0), btScalar(-1e-6)})
+        {
+            core[axis] = half;
+            cylinder.setImplicitShapeDimensions(core);
+            EXPECT_EQ(convexKindOf(cylinder), half < 0 ? ConvexKind::Unsupported : ConvexKind::Support)
+                << half;
         }
     }
 }
