@@ -8,8 +8,13 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <future>
 #include <initializer_list>
 #include <stdexcept>
+#include <vector>
 
 namespace cullet::test
 {
@@ -210,5 +215,45 @@ TEST(DispatcherMemory, ReadsNoBodyOfRemovedPairThatCouldNotBeTracked)
         EXPECT_EQ(pairs.dispatcher.stillPairs(), 1u);
     }
     EXPECT_GE(failures, 3u) << "room for the pair, and the place of each of its bodies";
+}
+
+TEST(HullCache, SharesPointsThatASecondThreadSeesWhileTheFirstAllocatesForThem)
+{
+    std::uint64_t allocations = 0;
+    for (bool hasWaited = true; hasWaited; ++allocations)
+    {
+        const std::vector<btVector3> points = ballPoints(40, 0.5, 60 + unsigned(allocations));
+        const auto mine = makeHullShape(points), others = makeHullShape(points);
+        trimHullCache();
+        const HullCacheStats before = hullCacheStats();
+        HullUse use, useAgain, useOfOthers;
+        const Hull<btScalar>*hull = nullptr, *hullAgain = nullptr, *hullOfOthers = nullptr;
+        std::future<void> second;
+        // The second thread has time to overtake the first one, if nothing stops it.
+        const std::function<void()> startSecond = [&]
+        {
+            second = std::async(std::launch::async,
+                                [&]
+                                {
+                                    hullAgain = useAgain.hullOf(*mine, 0);
+                                    hullOfOthers = useOfOthers.hullOf(*others, 0);
+                                });
+            second.wait_for(std::chrono::milliseconds(50));
+        };
+        {
+            const OneNewCalls call(allocations, startSecond);
+            hull = use.hullOf(*mine, 0);
+            hasWaited = call.hasHappened();
+        }
+        if (!hasWaited)
+            startSecond();
+        second.wait();
+        EXPECT_NE(hull, nullptr);
+        EXPECT_EQ(hull, hullAgain) << "before allocation " << allocations;
+        EXPECT_EQ(hull, hullOfOthers) << "before allocation " << allocations;
+        EXPECT_EQ(hullCacheStats().pointSets, before.pointSets + 1) << "before allocation " << allocations;
+        EXPECT_EQ(hullCacheStats().shapes, before.shapes + 2) << "before allocation " << allocations;
+    }
+    EXPECT_GT(allocations, 5u);
 }
 }  // namespace cullet::test

@@ -5,8 +5,11 @@
 #include <BulletCollision/CollisionDispatch/btBoxBoxCollisionAlgorithm.h>
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <functional>
 #include <stdexcept>
+#include <thread>
+#include <utility>
 
 namespace cullet::test
 {
@@ -88,6 +91,31 @@ private:
     mutable int m_calls = 0;
 };
 
+/// Two triangles of the application, which count calls on other threads than their own.
+class OwnTriangles : public btTriangleMesh
+{
+public:
+    OwnTriangles()
+    {
+        addTriangle(vec(-20, 0, -20), vec(-20, 0, 20), vec(20, 0, -20));
+        addTriangle(vec(20, 0, -20), vec(-20, 0, 20), vec(20, 0, 20));
+    }
+    void getLockedReadOnlyVertexIndexBase(const unsigned char** vertices, int& vertexCount,
+                                          PHY_ScalarType& type, int& stride, const unsigned char** indices,
+                                          int& indexStride, int& triangles, PHY_ScalarType& indexType,
+                                          int part) const override
+    {
+        ++calls;
+        foreignCalls += std::this_thread::get_id() != m_maker;
+        btTriangleMesh::getLockedReadOnlyVertexIndexBase(vertices, vertexCount, type, stride, indices,
+                                                         indexStride, triangles, indexType, part);
+    }
+    mutable std::atomic<int> calls{0}, foreignCalls{0};
+
+private:
+    std::thread::id m_maker = std::this_thread::get_id();
+};
+
 std::vector<std::uint64_t> hashesWithFaults(CrowdWorld& world, int& faults)
 {
     std::vector<std::uint64_t> hashes;
@@ -143,6 +171,45 @@ TEST(ContactBarriers, StandBeforeCompoundsWhoseChildrenMayHaveUnknownAlgorithms)
         EXPECT_EQ(own.world->stats().barriersTotal > list.size(), threads > 1);
     }
     EXPECT_TRUE(seen[0] == seen[1]);
+}
+
+// No pair of the world has these types: only a part of a compound might.
+TEST(ContactBarriers, StandBeforeCompoundsForAnUnknownAlgorithmOfAnyTypes)
+{
+    const std::pair<int, int> types[] = {{CONE_SHAPE_PROXYTYPE, COMPOUND_SHAPE_PROXYTYPE},
+                                         {COMPOUND_SHAPE_PROXYTYPE, CONE_SHAPE_PROXYTYPE},
+                                         {CONE_SHAPE_PROXYTYPE, TRIANGLE_SHAPE_PROXYTYPE},
+                                         {STATIC_PLANE_PROXYTYPE, CONE_SHAPE_PROXYTYPE},
+                                         {CONE_SHAPE_PROXYTYPE, CONE_SHAPE_PROXYTYPE},
+                                         {COMPOUND_SHAPE_PROXYTYPE, TERRAIN_SHAPE_PROXYTYPE}};
+    OwnBoxesWorld known(4, Crowd::Compounds, false);
+    known.world->run(3);
+    EXPECT_EQ(known.world->stats().barriersTotal, 0u);
+    for (const auto& [a, b] : types)
+    {
+        OwnBoxesWorld own(4, Crowd::Compounds, false);
+        own.world->dispatcher().registerCollisionCreateFunc(a, b, &own.create);
+        own.world->run(3);
+        EXPECT_GT(own.world->stats().barriersTotal, 0u) << a << " and " << b;
+    }
+}
+
+TEST(ContactBarriers, KeepTrianglesOfTheApplicationOnTheCallingThread)
+{
+    OwnTriangles triangles;
+    btBvhTriangleMeshShape mesh(&triangles, true);
+    btScaledBvhTriangleMeshShape scaled(&mesh, vec(1, 1, 1));
+    for (btCollisionShape* const shape :
+         {static_cast<btCollisionShape*>(&mesh), static_cast<btCollisionShape*>(&scaled)})
+    {
+        OwnBoxesWorld own(4, Crowd::OnPlane, false);
+        own.world->add(shape, 0, vec(0, 0.05, 0));
+        triangles.calls = 0;
+        own.world->run(kBarrierSteps / 2);
+        EXPECT_GT(own.world->stats().dividedTotal, 500u);
+        EXPECT_GT(triangles.calls, 200);
+        EXPECT_EQ(triangles.foreignCalls, 0) << shape->getName();
+    }
 }
 
 TEST(ContactBarriers, LetUnknownAlgorithmRemoveBodies)

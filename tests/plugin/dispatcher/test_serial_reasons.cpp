@@ -213,4 +213,34 @@ TEST(SerialReasons, AreNoneForCallbacksThatAreThreadSafe)
     EXPECT_EQ(calls[0], calls[1]);
     EXPECT_GT(calls[0], 1000);
 }
+
+TEST(SerialReasons, LeavePartAndIndexOfWholeShapesAtMinusOneOnEveryPath)
+{
+    static std::atomic<int> others;
+    for (const bool isSafe : {false, true})
+    {
+        const GlobalCallbacks restoreAtEnd;
+        others = GlobalCallbacks::calls = 0;
+        gContactAddedCallback = [](btManifoldPoint&, const btCollisionObjectWrapper* a, int partA, int indexA,
+                                   const btCollisionObjectWrapper* b, int partB, int indexB)
+        {
+            const bool areWhole = a->m_partId == -1 && a->m_index == -1 && b->m_partId == -1 &&
+                                  b->m_index == -1 && partA == -1 && indexA == -1 && partB == -1 &&
+                                  indexB == -1;
+            others += areWhole ? 0 : 1;
+            ++GlobalCallbacks::calls;
+            return true;
+        };
+        DispatcherOptions options = onThreadCount(3);
+        options.callbacksAreThreadSafe = isSafe;
+        const auto world = makeCrowd(Crowd::Mixed, 7, options);
+        for (const auto& body : world->bodies)
+            body->setCollisionFlags(body->getCollisionFlags() |
+                                    btCollisionObject::CF_CUSTOM_MATERIAL_CALLBACK);
+        world->run(kSerialSteps);
+        EXPECT_EQ(world->stats().dividedTotal > 1000, isSafe);
+        EXPECT_GT(GlobalCallbacks::calls, 1000);
+        EXPECT_EQ(others, 0);
+    }
+}
 }  // namespace cullet::test

@@ -355,6 +355,17 @@ TEST(HullCache, BuildsNoGraphOfAShapeThatIsDeforming)
     EXPECT_EQ(use.graphOf(*shape, 0)->kind(), HullKind::Solid);
 }
 
+TEST(HullCache, RemembersThatAShapeIsDeformingWhileNobodyUsesIt)
+{
+    const auto shape = makeHullShape(ballPoints(30, 0.5, 15)), other = makeHullShape(ballPoints(30, 0.5, 16));
+    setDeforming(*shape);
+    trimHullCache();
+    HullUse use, ofOther;
+    EXPECT_EQ(use.graphOf(*shape, 0)->kind(), HullKind::Cloud);
+    EXPECT_EQ(ofOther.graphOf(*other, 0)->kind(), HullKind::Solid);
+    invalidate(*shape);
+}
+
 TEST(HullCache, BuildsAGraphWhenScansHaveCostAsMuch)
 {
     const auto large = makeHullShape(ballPoints(100, 0.5, 13)),
