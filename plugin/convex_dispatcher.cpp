@@ -88,7 +88,7 @@ Dispatcher::Dispatcher(btCollisionConfiguration* configuration, const Dispatcher
     : btCollisionDispatcher(configuration),
       m_isaGjk(registerIsaGjk(*this, options.isaGjk)),
       m_workers(std::make_unique<ParallelLoops>(options.threads)),
-      m_jobs(std::make_unique<ContactJobs>(*m_workers)),
+      m_jobs(std::make_unique<ContactJobs>(*m_workers, *this)),
       m_callbacksAreThreadSafe(options.callbacksAreThreadSafe),
       m_ownNearCallback(getNearCallback())
 {
@@ -108,6 +108,7 @@ void Dispatcher::dispatchAllCollisionPairs(btOverlappingPairCache* pairCache, co
                                            btDispatcher* dispatcher)
 {
     const PassScope pass(m_isaGjk);
+    m_jobs->repeatRecords();
     m_idlePairs = m_stillPairs = 0;
     m_hadForeignPairs = false;
     m_testsInTurn = false;
@@ -136,9 +137,31 @@ const ContactStats& Dispatcher::contactStats() const
     return m_jobs->stats();
 }
 
+btPersistentManifold* Dispatcher::getNewManifold(const btCollisionObject* a, const btCollisionObject* b)
+{
+    Recording* const recording = Recording::ofThisThread(this);
+    if (recording != nullptr)
+        return &recording->create(*a, *b, breakingThresholdOf(*a, *b));
+    m_jobs->repeatRecords();
+    return btCollisionDispatcher::getNewManifold(a, b);
+}
+
+void Dispatcher::releaseManifold(btPersistentManifold* manifold)
+{
+    Recording* const recording = Recording::ofThisThread(this);
+    if (recording != nullptr)
+        recording->release(*manifold);
+    else if (!m_jobs->hasRecords())
+        btCollisionDispatcher::releaseManifold(manifold);
+    else
+        Recording(*this, m_jobs->lastRecord(), Recording::Of::Pass).release(*manifold);
+}
+
 void* Dispatcher::allocateCollisionAlgorithm(int size)
 {
     ChildMemory* const memory = ChildMemory::ofThisThread();
+    if (Recording::isInJob(this))
+        return Recording::allocate(std::size_t(size));
     return memory != nullptr ? memory->allocate(std::size_t(size))
                              : btCollisionDispatcher::allocateCollisionAlgorithm(size);
 }
@@ -146,7 +169,9 @@ void* Dispatcher::allocateCollisionAlgorithm(int size)
 void Dispatcher::freeCollisionAlgorithm(void* algorithm)
 {
     ChildMemory* const memory = ChildMemory::ofThisThread();
-    if (memory != nullptr)
+    if (Recording::isInJob(this))
+        Recording::ofThisThread(this)->free(algorithm);
+    else if (memory != nullptr)
         memory->free(algorithm);
     else
         btCollisionDispatcher::freeCollisionAlgorithm(algorithm);

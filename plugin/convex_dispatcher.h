@@ -23,9 +23,11 @@ struct DispatcherOptions
     /// Upper limit for the threads that search for idle pairs and compute contacts; fewer are used for little work. 0:
     /// as many as the machine has. Contacts never depend on it.
     int threads = 0;
-    /// Contact callbacks (gContactAddedCallback and the others) and gCalculateCombined...Callbacks of the application
-    /// may be called on several threads at once, in any order, and throw nothing. If false, contacts are computed on
-    /// the calling thread while one is set, in the order of Bullet.
+    /// Contact callbacks (gContactAddedCallback and the others), gCalculateCombined...Callbacks and callbacks for children
+    /// of compounds (gCompoundChildShapePairCallback and the other) of the application may be called on several threads at
+    /// once, in any order, and throw nothing. If false, contacts are computed on the calling thread while one is set, in
+    /// the order of Bullet; a callback for children concerns compounds only. Functions of shapes are not meant: those of
+    /// classes derived from Bullet's, which may keep state in the shape, run on the calling thread in any case.
     bool callbacksAreThreadSafe = false;
     IsaGjkOptions isaGjk;
 };
@@ -36,12 +38,15 @@ struct DispatcherOptions
 /// A pair is left out only if its dispatch would change nothing: its algorithm is an IsaGjkAlgorithm without contacts,
 /// its shapes were too far apart in the last step, or the pair is new, and they are too far apart now.
 ///
-/// The others take part in one pass in the order of Bullet, which creates algorithms and manifolds, and releases those of
-/// compounds. Contacts of ISA-GJK, of boxes, spheres, capsules and planes, and of all these on Bullet's meshes and height
-/// fields, are computed after the pass, if both shapes are exactly of Bullet's classes. Compounds, shapes of derived
-/// classes and other algorithms of Bullet are handled in the pass. An algorithm of the application is handled there too,
-/// after the contacts of all earlier pairs. The threads read bodies and shapes and write to the algorithm and manifold of
-/// one pair each, so a Bullet library without thread support suffices. Contacts, manifolds and their order, and callbacks
+/// The others take part in one pass in the order of Bullet, which creates algorithms and manifolds. Contacts of ISA-GJK, of
+/// boxes, spheres, capsules and planes, of all these on Bullet's meshes and height fields, and of compounds of all these,
+/// are computed after the pass, if all shapes are exactly of Bullet's classes. Shapes of derived classes, compounds with
+/// one among their parts, and other algorithms of Bullet are handled in the pass. An algorithm of the application is
+/// handled there too, after the contacts of all earlier pairs. The threads read bodies and shapes and write to the
+/// algorithm and manifolds of one pair each, so a Bullet library without thread support suffices. Algorithms and manifolds
+/// of the parts of a compound come from btAlignedAlloc() on all threads, not from Bullet's pools; the manifolds enter and
+/// leave the dispatcher's array at the end, in the order of Bullet. If a job throws, the others are run; the error is that
+/// of the first such pair. Errors: what an allocator of the application throws. Contacts, manifolds and their order, and callbacks
 /// and theirs, are the same for any number of threads. contactStats() says what happened, and SerialReason when all
 /// contacts are computed in the pass.
 ///
@@ -54,7 +59,8 @@ struct DispatcherOptions
 /// With a near callback of the application, or DISPATCH_CONTINUOUS, every pair takes Bullet's path.
 /// During a dispatch, shapes of its pairs must not be edited, nor may a new shape be created at the address of one of
 /// them. Callbacks may do both with other shapes, and may pass them to contactTest() and contactPairTest(). A profiler
-/// of the application (btSetCustomEnterProfileZoneFunc) is entered on all threads, for the triangles of meshes.
+/// of the application (btSetCustomEnterProfileZoneFunc) is entered on all threads, for triangles of meshes and parts of
+/// compounds.
 class CULLET_API Dispatcher : public btCollisionDispatcher
 {
 public:
@@ -64,6 +70,11 @@ public:
 
     void dispatchAllCollisionPairs(btOverlappingPairCache* pairCache, const btDispatcherInfo& info,
                                    btDispatcher* dispatcher) override;
+
+    /// As Bullet's, except while the contacts of compounds are computed on several threads: a manifold then enters or
+    /// leaves the array at the end, in the order of Bullet.
+    btPersistentManifold* getNewManifold(const btCollisionObject* a, const btCollisionObject* b) override;
+    void releaseManifold(btPersistentManifold* manifold) override;
 
     /// Memory for the algorithm of a pair or of a part of a shape: of Bullet's pool, or of a thread that computes
     /// contacts.

@@ -45,7 +45,8 @@ Dispatcher::NearPass::NearPass(Dispatcher& dispatcher, btOverlappingPairCache& c
       m_pairs(cache.getOverlappingPairArrayPtr()),
       m_info(info),
       m_jobs(*dispatcher.m_jobs),
-      m_kinds(dispatcher, dispatcher.m_isaGjk, dispatcher.m_doubleDispatchContactPoints),
+      m_kinds(dispatcher, dispatcher.m_isaGjk, dispatcher.m_doubleDispatchContactPoints,
+              dispatcher.m_callbacksAreThreadSafe),
       m_isInLine(isExactly<Dispatcher>(dispatcher) &&
                  info.m_dispatchFunc == btDispatcherInfo::DISPATCH_DISCRETE),
       m_findsForeign(dispatcher.m_findsForeignPairs && m_isInLine && usesOwnNearCallback() &&

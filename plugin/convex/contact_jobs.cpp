@@ -9,6 +9,7 @@
 #include <atomic>
 #include <exception>
 #include <optional>
+#include <utility>
 
 namespace cullet
 {
@@ -34,6 +35,8 @@ double costOf(PairKind kind)
             return 1200;
         case PairKind::Boxes:
             return 300;
+        case PairKind::Compound:
+            return 3000;
         case PairKind::Mesh:
             return kMostWork;
         default:
@@ -42,16 +45,43 @@ double costOf(PairKind kind)
 }
 }  // namespace
 
+void ContactJobs::Failure::keep(std::size_t place) noexcept
+{
+    const std::lock_guard<std::mutex> lock(m_mutex);
+    if (m_error != nullptr && m_place <= place)
+        return;
+    m_place = place;
+    m_error = std::current_exception();
+}
+
+void ContactJobs::Failure::rethrow()
+{
+    if (m_error != nullptr)
+        std::rethrow_exception(std::exchange(m_error, nullptr));
+}
+
 bool ContactJobs::tryAdd(const ContactJob& job, PairKind kind) noexcept
 try
 {
-    m_jobs.push_back(job);
+    add(job, kind);
     m_work += costOf(kind);
     return true;
 }
 catch (const std::exception&)
 {
     return false;
+}
+
+void ContactJobs::add(const ContactJob& job, PairKind kind)
+{
+    if (kind != PairKind::Compound)
+        return m_jobs.push_back({job, kNotRecorded});
+    // If there is no memory for the job, an empty record is left.
+    m_recorded.emplace_back();
+    m_jobs.push_back({job, std::uint32_t(m_recorded.size() - 1)});
+    m_recorded.back().before = std::exchange(m_ofPass, {});
+    if (!m_passRecording)
+        m_passRecording.emplace(m_dispatcher, m_ofPass, Recording::Of::Pass);
 }
 
 bool ContactJobs::areTooFew(std::uint64_t pairs)
@@ -65,6 +95,33 @@ void ContactJobs::run(const btDispatcherInfo& info)
 {
     if (m_jobs.empty())
         return;
+    m_passRecording.reset();
+    runAll(info);
+    // An error of a job is the older one.
+    try
+    {
+        repeatRecords();
+    }
+    catch (...)
+    {
+        m_failure.keep(~std::size_t(0));
+    }
+    m_failure.rethrow();
+}
+
+void ContactJobs::repeatRecords()
+{
+    for (Recorded& recorded : m_recorded)
+    {
+        recorded.before.replay(m_dispatcher);
+        recorded.own.replay(m_dispatcher);
+    }
+    m_ofPass.replay(m_dispatcher);
+    m_recorded.clear();
+}
+
+void ContactJobs::runAll(const btDispatcherInfo& info)
+{
     const Clear afterwards{*this};
     m_stats.jobs += m_jobs.size();
     m_stats.jobsTotal += m_jobs.size();
@@ -82,15 +139,33 @@ void ContactJobs::run(const btDispatcherInfo& info)
     catch (const std::exception&)
     {
         if (hasBegun)
-            throw;
-        run(info, 0, m_jobs.size());
+            m_failure.keep(0);
+        else
+            run(info, 0, m_jobs.size());
     }
 }
 
-void ContactJobs::run(const btDispatcherInfo& info, std::size_t begin, std::size_t end) const
+void ContactJobs::run(const btDispatcherInfo& info, std::size_t begin, std::size_t end) noexcept
 {
     for (std::size_t i = begin; i < end; ++i)
-        m_jobs[i].run(info);
+    {
+        try
+        {
+            run(m_jobs[i], info);
+        }
+        catch (...)
+        {
+            m_failure.keep(i);
+        }
+    }
+}
+
+void ContactJobs::run(const Entry& entry, const btDispatcherInfo& info)
+{
+    if (entry.recorded == kNotRecorded)
+        return entry.job.run(info);
+    const Recording scope(m_dispatcher, m_recorded[entry.recorded].own, Recording::Of::Job);
+    entry.job.run(info);
 }
 
 void ContactJobs::runOnAllThreads(const btDispatcherInfo& info)

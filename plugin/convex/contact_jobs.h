@@ -3,6 +3,7 @@
 #pragma once
 
 #include "cullet/plugin/convex/contact_stats.h"
+#include "cullet/plugin/convex/manifold_record.h"
 #include "cullet/plugin/convex/pair_kind.h"
 
 #include <BulletCollision/CollisionDispatch/btCollisionObject.h>
@@ -11,6 +12,9 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <exception>
+#include <mutex>
+#include <optional>
 #include <vector>
 
 namespace cullet
@@ -39,20 +43,32 @@ struct ContactJob
 
 /// Computes the contacts of many pairs together, on all threads.
 ///
-/// A job changes nothing but its own algorithm and manifold, and all manifolds exist before. So every order gives the
-/// same contacts, and manifolds are created and released on the calling thread alone, in the order of pairs.
+/// A job changes nothing but its own algorithm and manifolds, so every order gives the same contacts. All manifolds of most
+/// jobs exist before. Those of a compound come and go while it is processed: such jobs record that, and so does the calling
+/// thread from the first of them on. All of it is repeated at the end, in the order of pairs.
 class ContactJobs
 {
 public:
-    /// @param loops must outlive this object
-    explicit ContactJobs(ParallelLoops& loops) : m_loops(loops) {}
+    /// @param loops, dispatcher must outlive this object
+    ContactJobs(ParallelLoops& loops, btCollisionDispatcher& dispatcher)
+        : m_loops(loops), m_dispatcher(dispatcher)
+    {
+    }
 
     /// @param kind see isJob()
     /// @return false if out of memory
     bool tryAdd(const ContactJob& job, PairKind kind) noexcept;
     /// Runs all jobs and forgets them. They are run on the calling thread if they are few, or if no thread or memory
-    /// is available. Errors: that of the first contact callback that throws; jobs that have not begun may be lost.
+    /// is available. Errors: that of the first pair whose job throws, after all other jobs; see repeatRecords().
     void run(const btDispatcherInfo& info);
+
+    /// Repeats what the last jobs recorded, if run() found no memory for that.
+    /// Errors: what an allocator of the application throws; a later call goes on.
+    void repeatRecords();
+    /// False: the array of manifolds is that of Bullet.
+    bool hasRecords() const { return !m_recorded.empty() || !m_ofPass.isEmpty(); }
+    /// What follows on all that is recorded.
+    ManifoldRecord& lastRecord() { return m_ofPass; }
 
     /// Whether so many pairs would run on the calling thread, if they are like those of the last jobs. Call once per
     /// dispatch: the last jobs are forgotten from time to time, since pairs may have become others.
@@ -61,6 +77,32 @@ public:
     ContactStats& stats() { return m_stats; }
 
 private:
+    static constexpr std::uint32_t kNotRecorded = ~std::uint32_t(0);
+
+    struct Entry
+    {
+        ContactJob job;
+        std::uint32_t recorded;  ///< index in m_recorded, or kNotRecorded
+    };
+    /// The manifolds of a compound's pair.
+    struct Recorded
+    {
+        ManifoldRecord before;  ///< of the pass, since the last such pair
+        ManifoldRecord own;
+    };
+    /// The error of the first pair that fails.
+    class Failure
+    {
+    public:
+        /// Call it in a handler, on any thread.
+        void keep(std::size_t place) noexcept;
+        void rethrow();
+
+    private:
+        std::mutex m_mutex;
+        std::size_t m_place = 0;
+        std::exception_ptr m_error;
+    };
     /// Forgets the jobs at the end of run(), however that ends.
     struct Clear
     {
@@ -72,12 +114,20 @@ private:
         ContactJobs& jobs;
     };
 
-    void run(const btDispatcherInfo& info, std::size_t begin, std::size_t end) const;
+    void add(const ContactJob& job, PairKind kind);
+    void run(const Entry& entry, const btDispatcherInfo& info);
+    void run(const btDispatcherInfo& info, std::size_t begin, std::size_t end) noexcept;
+    void runAll(const btDispatcherInfo& info);
     void runOnAllThreads(const btDispatcherInfo& info);
     unsigned taskCount() const;
 
     ParallelLoops& m_loops;
-    std::vector<ContactJob> m_jobs;
+    btCollisionDispatcher& m_dispatcher;
+    std::vector<Entry> m_jobs;
+    std::vector<Recorded> m_recorded;
+    ManifoldRecord m_ofPass;                   ///< since the last of m_recorded
+    std::optional<Recording> m_passRecording;  ///< while there are jobs that record
+    Failure m_failure;
     double m_work = 0;  ///< of all jobs, in nanoseconds
     double m_workOfPair = 0;
     unsigned m_dispatches = 0;

@@ -7,6 +7,7 @@
 #include "cullet/plugin/contact/manifold_renewal.h"
 #include "cullet/plugin/convex/contact_search.h"
 #include "cullet/plugin/convex/convex_pair.h"
+#include "cullet/plugin/convex/manifold_record.h"
 #include "cullet/plugin/core/dynamic_type.h"
 
 #include <BulletCollision/NarrowPhaseCollision/btPersistentManifold.h>
@@ -72,12 +73,12 @@ IsaGjkAlgorithm::~IsaGjkAlgorithm()
     m_isaGjk.leave();
 }
 
-/// Marks the algorithm of a pair. That of a triangle, whose manifold is its parent's, or of a query outside of a step is
-/// in no array of pairs, and may be created on any thread.
+/// Marks the algorithm of a pair. That of a triangle, whose manifold is its parent's, of a child of a compound, or of a
+/// query outside of a step is in no array of pairs, and may be created on any thread.
 void IsaGjkAlgorithm::touch() noexcept
 {
     const bool isOfTriangle = m_manifold != nullptr && !m_ownsManifold;
-    if (!m_closestOnly && !isOfTriangle)
+    if (!m_closestOnly && !isOfTriangle && !Recording::isInJob(m_dispatcher))
         m_isaGjk.motions().pairs().touch(*this);
 }
 

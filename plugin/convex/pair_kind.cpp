@@ -72,6 +72,29 @@ int typeOf(const btCollisionObject& body)
     return body.getCollisionShape()->getShapeType();
 }
 
+/// Whether shapes of a known class, or triangles, may have this type.
+bool isOfKnownShape(int shapeType)
+{
+    switch (shapeType)
+    {
+        case BOX_SHAPE_PROXYTYPE:
+        case TRIANGLE_SHAPE_PROXYTYPE:
+        case CONVEX_HULL_SHAPE_PROXYTYPE:
+        case SPHERE_SHAPE_PROXYTYPE:
+        case CAPSULE_SHAPE_PROXYTYPE:
+        case CONE_SHAPE_PROXYTYPE:
+        case CYLINDER_SHAPE_PROXYTYPE:
+            return true;
+        default:
+            return false;
+    }
+}
+
+bool hasCallbackOfChildren()
+{
+    return gCompoundChildShapePairCallback != nullptr || gCompoundCompoundChildShapePairCallback != nullptr;
+}
+
 bool isRound(int shapeType)
 {
     return shapeType == SPHERE_SHAPE_PROXYTYPE || shapeType == CAPSULE_SHAPE_PROXYTYPE;
@@ -93,7 +116,7 @@ PairKinds::Algorithm PairKinds::classOf(const btCollisionAlgorithm& algorithm)
     if (isExactly<btConvexConcaveCollisionAlgorithm>(algorithm) || IsaGjkRegistration::isOfMesh(algorithm))
         return Algorithm::Mesh;
     if (isOneOf<btCompoundCollisionAlgorithm, btCompoundCompoundCollisionAlgorithm>(algorithm))
-        return Algorithm::Parent;
+        return Algorithm::Compound;
     return isOneOf<btEmptyAlgorithm, btSphereTriangleCollisionAlgorithm, btConvex2dConvex2dAlgorithm,
                    btBox2dBox2dCollisionAlgorithm>(algorithm)
                ? Algorithm::InOrder
@@ -108,15 +131,16 @@ PairKinds::Shape PairKinds::classOf(const btCollisionShape& shape)
         return Shape::Convex;
     if (isExactly<btStaticPlaneShape>(shape))
         return Shape::Plane;
+    if (isExactly<btCompoundShape>(shape))
+        return Shape::Compound;
     return isOneOf<btBvhTriangleMeshShape, btScaledBvhTriangleMeshShape, btHeightfieldTerrainShape>(shape)
                ? Shape::Mesh
                : Shape::Unknown;
 }
 
-PairKinds::Shape PairKinds::shapeOf(const btCollisionObject& body)
+PairKinds::Shape PairKinds::shapeOf(const btCollisionShape& shape)
 {
-    return m_shapes.kindOf(*body.getCollisionShape(),
-                           [](const btCollisionShape& shape) { return classOf(shape); });
+    return m_shapes.kindOf(shape, [](const btCollisionShape& which) { return classOf(which); });
 }
 
 bool PairKinds::areConvex(const btCollisionObject& a, const btCollisionObject& b)
@@ -147,8 +171,8 @@ PairKind PairKinds::kindOf(btCollisionAlgorithm& algorithm, const btCollisionObj
                        : PairKind::InOrder;
         case Algorithm::Mesh:
             return meshOrOther(algorithm, a, b);
-        case Algorithm::Parent:
-            return parent();
+        case Algorithm::Compound:
+            return compoundOrOther(algorithm, a, b);
         case Algorithm::InOrder:
             return PairKind::InOrder;
         default:
@@ -181,32 +205,81 @@ PairKind PairKinds::meshOrOther(const btCollisionAlgorithm& algorithm, const btC
     return isKnownChild ? PairKind::Mesh : parent();
 }
 
-PairKind PairKinds::parent()
+/// Bullet's algorithms of compounds read bodies, shapes and trees. They write to themselves, to algorithms of children,
+/// and to the manifolds of these.
+PairKind PairKinds::compoundOrOther(const btCollisionAlgorithm& algorithm, const btCollisionObject& a,
+                                    const btCollisionObject& b)
 {
-    if (gCompoundChildShapePairCallback != nullptr || gCompoundCompoundChildShapePairCallback != nullptr)
+    if (Creator::of(algorithm) != &m_dispatcher)
         return PairKind::Unknown;
-    if (m_children == Children::NotExamined)
-        m_children = knowsAllChildren() ? Children::Known : Children::Unknown;
-    return m_children == Children::Known ? PairKind::InOrder : PairKind::Unknown;
+    const bool isJob = children() == Children::Jobs && isKnownPart(*a.getCollisionShape()) &&
+                       isKnownPart(*b.getCollisionShape());
+    return isJob && (m_callbacksAreThreadSafe || !hasCallbackOfChildren()) ? PairKind::Compound : parent();
 }
 
-/// Whether all algorithms that compounds and meshes may create for their parts are known.
-bool PairKinds::knowsAllChildren() const
+PairKind PairKinds::parent()
 {
+    if (hasCallbackOfChildren())
+        return PairKind::Unknown;
+    return children() == Children::Unknown ? PairKind::Unknown : PairKind::InOrder;
+}
+
+/// Whether all functions of a shape, and of its parts, are Bullet's and write nothing.
+bool PairKinds::isKnownPart(const btCollisionShape& shape)
+{
+    switch (shapeOf(shape))
+    {
+        case Shape::Convex:
+        case Shape::Plane:
+            return true;
+        case Shape::Mesh:
+            return isKnownMesh(shape);
+        case Shape::Compound:
+            return isKnownCompound(static_cast<const btCompoundShape&>(shape));
+        default:
+            return false;
+    }
+}
+
+bool PairKinds::isKnownCompound(const btCompoundShape& compound)
+{
+    const auto address = reinterpret_cast<std::uintptr_t>(&compound);
+    CompoundEntry& entry = m_compounds[address * std::uint64_t(0x9e3779b97f4a7c15) >> 58];
+    if (entry.shape == &compound)
+        return entry.isKnown;
+    bool isKnown = true;
+    for (int i = 0; isKnown && i < compound.getNumChildShapes(); ++i)
+        isKnown = isKnownPart(*compound.getChildShape(i));
+    entry = {&compound, isKnown};
+    return isKnown;
+}
+
+/// What the algorithms that compounds and meshes may create for their parts are.
+PairKinds::Children PairKinds::children()
+{
+    if (m_children != Children::NotExamined)
+        return m_children;
+    m_children = Children::Jobs;
+    const btCollisionAlgorithmCreateFunc* last = nullptr;
     for (int a = 0; a <= COMPOUND_SHAPE_PROXYTYPE; ++a)
     {
         for (int b = 0; b <= COMPOUND_SHAPE_PROXYTYPE; ++b)
         {
-            if (!isKnown(m_createFuncs[a][b]))
-                return false;
+            // Neighbours in the table are often the same.
+            const btCollisionAlgorithmCreateFunc* const create = m_createFuncs[a][b];
+            if (create != last && !isKnown(*create))
+                return m_children = Children::Unknown;
+            last = create;
+            if (!isJobOfChildren(a, b))
+                m_children = Children::InOrder;
         }
     }
-    return true;
+    return m_children;
 }
 
-bool PairKinds::isKnown(const btCollisionAlgorithmCreateFunc* create) const
+bool PairKinds::isKnown(const btCollisionAlgorithmCreateFunc& create) const
 {
-    return create == m_isaGjk.contactPoints() || create == m_isaGjk.boxes() || m_isaGjk.makesMeshes(create) ||
+    return &create == m_isaGjk.contactPoints() || &create == m_isaGjk.boxes() || m_isaGjk.makesMeshes(&create) ||
            isOneOf<btConvexConvexAlgorithm::CreateFunc, btConvexConcaveCollisionAlgorithm::CreateFunc,
                    btConvexConcaveCollisionAlgorithm::SwappedCreateFunc,
                    btCompoundCollisionAlgorithm::CreateFunc, btCompoundCollisionAlgorithm::SwappedCreateFunc,
@@ -214,7 +287,15 @@ bool PairKinds::isKnown(const btCollisionAlgorithmCreateFunc* create) const
                    btSphereSphereCollisionAlgorithm::CreateFunc, btSphereBoxCollisionAlgorithm::CreateFunc,
                    btSphereTriangleCollisionAlgorithm::CreateFunc, btBoxBoxCollisionAlgorithm::CreateFunc,
                    btConvexPlaneCollisionAlgorithm::CreateFunc, btConvex2dConvex2dAlgorithm::CreateFunc,
-                   btBox2dBox2dCollisionAlgorithm::CreateFunc>(*create);
+                   btBox2dBox2dCollisionAlgorithm::CreateFunc>(create);
+}
+
+/// Whether Bullet's algorithm for two convex shapes, which counts its searches in global variables, serves no pair of known
+/// shapes but those with a closed form.
+bool PairKinds::isJobOfChildren(int a, int b) const
+{
+    return (isRound(a) && isRound(b)) || !isOfKnownShape(a) || !isOfKnownShape(b) ||
+           !isExactly<btConvexConvexAlgorithm::CreateFunc>(*m_createFuncs[a][b]);
 }
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

@@ -7,6 +7,7 @@
 #include "cullet/plugin/isa_gjk.h"
 
 #include <BulletCollision/CollisionDispatch/btCollisionObject.h>
+#include <BulletCollision/CollisionShapes/btCompoundShape.h>
 
 #include <array>
 #include <cstdint>
@@ -25,7 +26,9 @@ enum class PairKind : std::uint8_t
     Boxes,
     Round,  ///< spheres, capsules, or a sphere and a box
     Plane,
-    Mesh  ///< creates an algorithm per triangle, too; see ChildMemory
+    Mesh,  ///< creates an algorithm per triangle, too; see ChildMemory
+    /// A job with algorithms and manifolds that come and go; see ManifoldRecord.
+    Compound
 };
 
 inline bool isJob(PairKind kind)
@@ -35,17 +38,22 @@ inline bool isJob(PairKind kind)
 
 /// Finds the kinds of pairs during one dispatch. For the thread of the dispatch.
 ///
-/// A pair is a job only if both shapes are exactly of classes of Bullet: a derived class may override functions, which
-/// may write to the shape.
+/// A pair is a job only if both shapes, and all their parts, are exactly of classes of Bullet: a derived class may override
+/// functions, which may write to the shape.
 class PairKinds
 {
 public:
     using CreateFuncs =
         btCollisionAlgorithmCreateFunc* const (*)[MAX_BROADPHASE_COLLISION_TYPES];  ///< of pairs of types
 
-    /// @param createFuncs the table of the dispatcher
-    PairKinds(const btDispatcher& dispatcher, const IsaGjkRegistration& isaGjk, CreateFuncs createFuncs)
-        : m_dispatcher(dispatcher), m_isaGjk(isaGjk), m_createFuncs(createFuncs)
+    /// @param createFuncs            the table of the dispatcher
+    /// @param callbacksAreThreadSafe see DispatcherOptions
+    PairKinds(const btDispatcher& dispatcher, const IsaGjkRegistration& isaGjk, CreateFuncs createFuncs,
+              bool callbacksAreThreadSafe)
+        : m_dispatcher(dispatcher),
+          m_isaGjk(isaGjk),
+          m_createFuncs(createFuncs),
+          m_callbacksAreThreadSafe(callbacksAreThreadSafe)
     {
     }
 
@@ -56,7 +64,7 @@ private:
     {
         Unknown,
         InOrder,
-        Parent,  ///< with children that the table of create functions makes
+        Compound,  ///< with children that the table of create functions makes
         IsaGjk,
         Boxes,
         Spheres,
@@ -69,32 +77,51 @@ private:
         Unknown,
         Convex,
         Plane,
-        Mesh
+        Mesh,
+        Compound
     };
     static Algorithm classOf(const btCollisionAlgorithm& algorithm);
     static Shape classOf(const btCollisionShape& shape);
-    Shape shapeOf(const btCollisionObject& body);
+    Shape shapeOf(const btCollisionShape& shape);
+    Shape shapeOf(const btCollisionObject& body) { return shapeOf(*body.getCollisionShape()); }
+    bool isKnownPart(const btCollisionShape& shape);
+    bool isKnownCompound(const btCompoundShape& compound);
     bool areConvex(const btCollisionObject& a, const btCollisionObject& b);
     PairKind roundOrOther(btCollisionAlgorithm& algorithm, const btCollisionObject& a,
                           const btCollisionObject& b);
     PairKind meshOrOther(const btCollisionAlgorithm& algorithm, const btCollisionObject& a,
                          const btCollisionObject& b);
+    PairKind compoundOrOther(const btCollisionAlgorithm& algorithm, const btCollisionObject& a,
+                             const btCollisionObject& b);
     PairKind parent();
-    bool knowsAllChildren() const;
-    bool isKnown(const btCollisionAlgorithmCreateFunc* create) const;
+    bool isKnown(const btCollisionAlgorithmCreateFunc& create) const;
+    bool isJobOfChildren(int a, int b) const;
+
+    enum class Children : std::uint8_t
+    {
+        NotExamined,
+        Unknown,
+        InOrder,  ///< known, but not all of them may be processed on any thread
+        Jobs
+    };
+    Children children();
+
+    /// What a compound was found to be.
+    struct CompoundEntry
+    {
+        const btCompoundShape* shape = nullptr;
+        bool isKnown = false;
+    };
 
     const btDispatcher& m_dispatcher;
     const IsaGjkRegistration& m_isaGjk;
     CreateFuncs m_createFuncs;
+    bool m_callbacksAreThreadSafe;
     ClassMemo<Algorithm> m_algorithms;
     ClassMemo<Shape> m_shapes;
-    btManifoldArray m_manifolds;  ///< scratch
-    enum class Children : std::uint8_t
-    {
-        NotExamined,
-        Known,
-        Unknown
-    } m_children = Children::NotExamined;
+    std::array<CompoundEntry, 64> m_compounds;  ///< by a hash of the address
+    btManifoldArray m_manifolds;                ///< scratch
+    Children m_children = Children::NotExamined;
 };
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

@@ -196,7 +196,7 @@ public:
         for (int i = 0; i < steps; ++i)
         {
             step();
-            ManifoldLog log;
+            ManifoldLog log(m_crowd == Crowd::Compounds ? Places::Ignored : Places::Logged);
             log.add(*m_dispatcher, *m_broadphase.getOverlappingPairCache());
             points += log.points();
             hashes.push_back(log.hash() ^ hashOfBodies(bodies));

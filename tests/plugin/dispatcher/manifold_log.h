@@ -10,11 +10,20 @@
 
 namespace cullet::test
 {
-/// A hash of all manifolds in their order, with everything that a solver or an application may read, and of the places of
-/// manifolds and algorithms in Bullet's pools. No callback is set, unlike in ContactLog.
+/// The places of manifolds and algorithms in Bullet's pools.
+enum class Places
+{
+    Logged,
+    Ignored  ///< parts of compounds, which threads create, have none
+};
+
+/// A hash of all manifolds in their order, with everything that a solver or an application may read, and of their places.
+/// No callback is set, unlike in ContactLog.
 class ManifoldLog
 {
 public:
+    explicit ManifoldLog(Places places = Places::Logged) : m_places(places) {}
+
     void add(btCollisionDispatcher& dispatcher, btOverlappingPairCache& pairs)
     {
         const btPoolAllocator& pool = *dispatcher.getInternalManifoldPool();
@@ -29,7 +38,8 @@ public:
             *dispatcher.getCollisionConfiguration()->getCollisionAlgorithmPool();
         for (int i = 0; i < pairs.getNumOverlappingPairs(); ++i)
             addPlace(algorithms, pairs.getOverlappingPairArray()[i].m_algorithm);
-        add(algorithms.getFreeCount());
+        if (m_places == Places::Logged)
+            add(algorithms.getFreeCount());
     }
     std::uint64_t hash() const { return m_hash; }
     int points() const { return m_points; }
@@ -65,6 +75,8 @@ private:
     }
     void addPlace(const btPoolAllocator& pool, const void* memory)
     {
+        if (m_places == Places::Ignored)
+            return;
         auto& mutablePool = const_cast<btPoolAllocator&>(pool);
         const std::uintptr_t first = reinterpret_cast<std::uintptr_t>(mutablePool.getPoolAddress());
         add(mutablePool.validPtr(const_cast<void*>(memory)) ? reinterpret_cast<std::uintptr_t>(memory) - first
@@ -78,6 +90,7 @@ private:
         m_hash = (m_hash ^ bits) * 1099511628211ull;
     }
 
+    Places m_places;
     std::uint64_t m_hash = 14695981039346656037ull;
     int m_points = 0;
 };

@@ -27,7 +27,7 @@ class ContactJobsTest : public testing::TestWithParam<Crowd>
 /// Pairs whose contacts must be jobs, of all pairs of a crowd, in percent.
 int leastJobs(Crowd crowd)
 {
-    return crowd == Crowd::Compounds ? 8 : crowd == Crowd::Mixed || crowd == Crowd::OnMesh ? 40 : 60;
+    return crowd == Crowd::Mixed || crowd == Crowd::OnMesh ? 40 : 60;
 }
 
 // The reference takes Bullet's own near callback, pair by pair.
