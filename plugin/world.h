@@ -60,6 +60,13 @@ public:
         this->stepParts().islands.setThreadSafeProfiler(isThreadSafe);
     }
 
+    /// Gives fast bodies contacts with what they would meet in a step, so that they do not pass through it; see
+    /// WorldSpeculation. For a Base that inherits createPredictiveContacts() from btDiscreteDynamicsWorld.
+    ///
+    /// @param motion bodies are fast if they move by more than this share of the thinnest side of their box in one step;
+    ///               0, the default: none are. Bodies that Bullet sweeps (setCcdMotionThreshold()) are left to Bullet.
+    void setSpeculation(btScalar motion) { this->stepParts().speculation.setMotion(motion); }
+
     void updateAabbs() override
     {
         if (!this->stepParts().boxes.update(*this, kRule, this->stepParts().rest))
@@ -78,6 +85,9 @@ public:
     /// Statistics of the last step: the static objects at rest, and how often all objects were visited. With at least 512
     /// objects and a cullet::Broadphase.
     const WorldRestStats& restStats() const { return this->stepParts().rest.stats(); }
+
+    /// Statistics of the last step with setSpeculation() above 0.
+    const SpeculationStats& speculationStats() const { return this->stepParts().speculation.stats(); }
 
 private:
     using Update = decltype(&Base::updateAabbs);

@@ -6,6 +6,7 @@
 #include "cullet/plugin/world_boxes.h"
 #include "cullet/plugin/world_islands.h"
 #include "cullet/plugin/world_rest.h"
+#include "cullet/plugin/world_speculation.h"
 
 #include <BulletDynamics/Dynamics/btDiscreteDynamicsWorld.h>
 #include <LinearMath/btQuickprof.h>
@@ -107,6 +108,7 @@ struct StepParts
     WorldIslands islands;
     WorldBodies bodies;
     WorldRest rest;
+    WorldSpeculation speculation;
 };
 
 /// Base with its StepParts. Another class that has their functions may keep them elsewhere.
@@ -250,6 +252,12 @@ protected:
             this->createPredictiveContactsInternal(bodies, count, timeStep);
         };
         this->stepParts().bodies.sweep(this->m_nonStaticRigidBodies, WorldBodies::RangeFunction(sweep));
+        if (this->stepParts().speculation.isOn())
+        {
+            this->stepParts().rest.forget();
+            this->stepParts().speculation.find(*this, this->m_nonStaticRigidBodies,
+                                               this->m_predictiveManifolds, timeStep);
+        }
     }
 };
 
