@@ -46,9 +46,9 @@ struct DispatcherOptions
 /// algorithm and manifolds of one pair each, so a Bullet library without thread support suffices. Algorithms and manifolds
 /// of the parts of a compound come from btAlignedAlloc() on all threads, not from Bullet's pools; the manifolds enter and
 /// leave the dispatcher's array at the end, in the order of Bullet. If a job throws, the others are run; the error is that
-/// of the first such pair. Errors: what an allocator of the application throws. Contacts, manifolds and their order, and callbacks
-/// and theirs, are the same for any number of threads. contactStats() says what happened, and SerialReason when all
-/// contacts are computed in the pass.
+/// of the first such pair. Errors: what an allocator of the application throws. Contacts, manifolds and their order, and
+/// callbacks and theirs, are the same for any number of threads. contactStats() says what happened, and SerialReason when
+/// all contacts are computed in the pass.
 ///
 /// A pair of ISA-GJK gets no manifold before its shapes are close, unless a body is or becomes kinematic; Bullet
 /// creates one for every pair of overlapping boxes, and its islands and solver visit all of them. All other manifolds
