@@ -9,7 +9,9 @@
 #include <algorithm>
 #include <atomic>
 #include <cstdlib>
+#include <mutex>
 #include <new>
+#include <set>
 #include <string>
 
 namespace cullet::test
@@ -51,9 +53,17 @@ public:
     explicit OneAllocationThrows(int after)
     {
         left() = after;
-        btAlignedAllocSetCustom(allocate, std::free);
+        btAlignedAllocSetCustom(allocate, deallocate);
     }
-    ~OneAllocationThrows() { btAlignedAllocSetCustom(nullptr, nullptr); }
+    /// Frees what is left, after the world. Bullet leaks the memory of an algorithm whose constructor throws.
+    ~OneAllocationThrows()
+    {
+        btAlignedAllocSetCustom(nullptr, nullptr);
+        EXPECT_LE(blocks().size(), 1u);
+        for (void* const memory : blocks())
+            std::free(memory);
+        blocks().clear();
+    }
     OneAllocationThrows(const OneAllocationThrows&) = delete;
     OneAllocationThrows& operator=(const OneAllocationThrows&) = delete;
 
@@ -76,7 +86,28 @@ private:
     {
         if (isOn() && size >= sizeof(btPersistentManifold) && left()-- == 0)
             throw std::bad_alloc();
-        return std::malloc(size);
+        void* const memory = std::malloc(size);
+        const std::lock_guard<std::mutex> lock(mutex());
+        blocks().insert(memory);
+        return memory;
+    }
+    static void deallocate(void* memory)
+    {
+        {
+            const std::lock_guard<std::mutex> lock(mutex());
+            blocks().erase(memory);
+        }
+        std::free(memory);
+    }
+    static std::mutex& mutex()
+    {
+        static std::mutex lock;
+        return lock;
+    }
+    static std::set<void*>& blocks()
+    {
+        static std::set<void*> all;
+        return all;
     }
 };
 }  // namespace
