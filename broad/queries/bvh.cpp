@@ -235,6 +235,18 @@ std::vector<Item> itemsByClass(const Aabb* boxes, const std::vector<ProxyId>& ro
 }
 }  // namespace
 
+/// Prefetches the boxes of a later leaf: neighbours in space are far apart in the table. Inlined, since GCC drops calls
+/// that do nothing but prefetch.
+[[gnu::always_inline]] inline void Bvh::prefetch(std::uint32_t leaf, const Aabb* boxes) const noexcept
+{
+    constexpr std::uint32_t kAhead = 32;  // slots
+    for (std::uint32_t slot = 8 * leaf + kAhead; slot < std::min(8 * leaf + kAhead + 8, slotCount()); ++slot)
+    {
+        if (m_rows[slot] != kNoRow)
+            __builtin_prefetch(boxes + m_rows[slot]);
+    }
+}
+
 void Bvh::build(const Aabb* boxes, const std::vector<ProxyId>& rows)
 {
     const ClassRanges ranges = rangesOfClasses(boxes, rows);
@@ -265,17 +277,6 @@ void Bvh::build(const Aabb* boxes, const std::vector<ProxyId>& rows)
     m_leafAreaAtBuild = m_leafArea;
     m_meanLeafSize =
         ranges.slots == 0 ? 0.0f : static_cast<float>(std::sqrt(m_leafArea / (3.0 * (ranges.slots / 8))));
-}
-
-/// Prefetches the boxes of a later leaf: neighbours in space are far apart in the table.
-void Bvh::prefetch(std::uint32_t leaf, const Aabb* boxes) const noexcept
-{
-    constexpr std::uint32_t kAhead = 32;  // slots
-    for (std::uint32_t slot = 8 * leaf + kAhead; slot < std::min(8 * leaf + kAhead + 8, slotCount()); ++slot)
-    {
-        if (m_rows[slot] != kNoRow)
-            __builtin_prefetch(boxes + m_rows[slot]);
-    }
 }
 
 void Bvh::layOut(std::uint32_t slots)
