@@ -106,6 +106,56 @@ constexpr btScalar kClipTolerance = btScalar(0.05);
 /// distance from the touch. In one step, gravity moves a body of a metre by a sixth of PatchLimits::mergeDistance.
 constexpr btScalar kRise = btScalar(0.1);
 constexpr btScalar kSlope = btScalar(0.02);
+/// At this cosine between its normal and the contact normal, or above, a face rises by no more than kSlope.
+constexpr double kLevel = 1.0 - 0.5 * 0.02 * 0.02;
+
+/// A core that is larger than the other one by this factor does not rock over it. Not 2, which sizes may well have.
+constexpr btScalar kMuchLarger = btScalar(2.1);
+
+/// Times d s / r^2 of Rocking::closes(): the part of the limits above that holds at the end of an edge. With 1, a free
+/// wheel of 24 sides would roll on one end of its edges as often as on both.
+constexpr btScalar kLever = btScalar(1.25);
+
+/// The bodies that can rock over an edge: the smaller one, or both if their sizes are similar. A triangle belongs to a
+/// mesh and does not rock. Bodies come to rest on faces, and capsules on their sides, so these keep all their points.
+class Rocking
+{
+public:
+    /// @param tangential coordinates of the core's origin along both tangents
+    /// @param height     of the core's origin over the touch, along the normal
+    void add(const PosedShape& core, const PosedShape& other, const Components& tangential, double height)
+    {
+        const bool isRockedOver =
+            other.hull().kind() == HullKind::Polygon || core.size() <= kMuchLarger * other.size();
+        if (core.hull().kind() == HullKind::Polygon || !isRockedOver)
+            return;
+        const auto h = static_cast<btScalar>(height);
+        m_origins[static_cast<std::size_t>(m_count++)] = Components{tangential[0], tangential[1], h * h, 0};
+    }
+
+    /// Whether gravity can close a gap in about the time in which a falling body closes `most`. A body that rocks over
+    /// the touch towards a point at the distance d turns about an axis across the way to the point. Its origin, which is
+    /// taken for the centre of mass as in Bullet, is at a distance r from the axis and s beside it. So the body turns with
+    /// g s / r^2, and the point falls with g s d / r^2. What rests on the patch has its origin over it: s is at most d.
+    ///
+    /// @param d2 square of the point's distance from the touch
+    bool closes(btScalar gap, const Components& point, btScalar d2, btScalar most) const
+    {
+        bool isClosing = m_count == 0;
+        for (std::size_t i = 0; i < static_cast<std::size_t>(m_count); ++i)
+        {
+            const Components& origin = m_origins[i];
+            const btScalar along = origin[0] * point[0] + origin[1] * point[1];  // s d
+            // Both sides times d^2 r^2.
+            isClosing |= gap * (along * along + origin[2] * d2) <= kLever * most * std::max(along, d2) * d2;
+        }
+        return isClosing;
+    }
+
+private:
+    std::array<Components, 2> m_origins;  ///< relative to the touch; lane 2: square of the height
+    int m_count = 0;
+};
 
 /// Collects candidate points in the contact frame and reduces them to a few at the end.
 class PatchBuilder
@@ -121,6 +171,8 @@ public:
         // Compilers cannot prove that there is at least one point in the end.
         m_points[0] = Components{};
     }
+
+    Rocking& rocking() { return m_rocking; }
 
     /// The distance outside of the prism below which a face is not clipped.
     btScalar tolerance() const { return kClipTolerance * m_mergeDistance; }
@@ -180,8 +232,12 @@ private:
     bool isLoadBearing(const Components& corner, btScalar noise) const
     {
         const btScalar rise = corner[3] - m_distance - noise;
+        if (rise <= 0)
+            return true;
         const Components squares = corner * corner;
-        return rise <= kRise * m_mergeDistance || rise * rise <= kSlope * kSlope * (squares[0] + squares[1]);
+        const btScalar d2 = squares[0] + squares[1];
+        const btScalar most = std::max(kRise * m_mergeDistance, kSlope * squareRoot(d2));
+        return rise <= most && m_rocking.closes(rise, corner, d2, most);
     }
 
     /// @param margin a later candidate must be better by this much
@@ -282,6 +338,7 @@ private:
     }
 
     const ContactFrame& m_frame;
+    Rocking m_rocking;
     btScalar m_mergeDistance;  ///< see PatchLimits
     int m_maxPoints;           ///< limit of points in the patch
     btScalar m_distance;       ///< of the cores at the touch
@@ -351,6 +408,12 @@ btScalar clipFaces(const PatchSide& reference, const PatchSide& other, bool isAR
             return noise;
     }
     base.set(referenceMap, reference.face.corners());
+    if (other.face.alignment() < kLevel && other.face.corners().size() > 2)
+    {
+        Rocking& rocking = builder.rocking();
+        rocking.add(reference.shape, other.shape, referenceMap.origin(), reference.origin.dot(touch.normal));
+        rocking.add(other.shape, reference.shape, otherMap.origin(), other.origin.dot(touch.normal));
+    }
     const bool isClockwise = isAReference != reference.face.isMirrored();
     const Prism prism(base, isClockwise ? -1 : 1, builder.tolerance());
     builder.add(prism.clip(face, cut), noise);

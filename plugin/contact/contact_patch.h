@@ -58,7 +58,9 @@ struct PatchFans
 /// A point is load-bearing if its distance is hardly larger than that of the touch: by a tenth of
 /// PatchLimits::mergeDistance, or by a fiftieth of its distance from the touch, so that a box that lands a degree from
 /// flat lands on four points at once. If the faces are steeper, further points would be solver rows without an
-/// impulse: a wheel of many sides has only the two ends of an edge.
+/// impulse: a wheel of many sides has only the two ends of an edge. Where a body stands on an edge that is short against
+/// the height of its origin, gravity closes the gap at the other end only slowly, and the limit is as much smaller: an
+/// edge of a narrow wheel that leans by more than a few tenths of a degree has one point, as with Bullet.
 ///
 /// Each core contributes the face at its support vertex that is best aligned with the normal. The part of one face
 /// within the limit is clipped to the prism over the other along the normal (Sutherland and Hodgman 1974, "Reentrant

@@ -90,6 +90,9 @@ public:
         frame.map(origin, m_origin);
     }
 
+    /// The core's origin in the coordinates of the frame.
+    const Components& origin() const { return m_origin; }
+
     /// Sum of the magnitudes of the origin's coordinates along the tangents and on B.
     btScalar originSize() const
     {

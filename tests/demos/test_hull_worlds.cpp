@@ -5,6 +5,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <memory>
 #include <string>
 
 /// Many hulls in one world with each narrow phase, as in Bullet's own benchmarks of hulls: equal hulls in columns, a
@@ -13,14 +15,19 @@ namespace cullet::test
 {
 namespace
 {
-Outcome run(const std::string& scene, const std::string& narrow, std::uint32_t bodies, int steps)
+std::unique_ptr<WorldScene> make(const std::string& scene, const std::string& narrow, std::uint32_t bodies)
 {
     WorldSceneOptions options;
     options.bodies = bodies;
     options.backend = "grid";
     options.threads = 1;
     options.narrow = narrow;
-    const std::unique_ptr<WorldScene> world = makeWorldScene(scene, options);
+    return makeWorldScene(scene, options);
+}
+
+Outcome run(const std::string& scene, const std::string& narrow, std::uint32_t bodies, int steps)
+{
+    const std::unique_ptr<WorldScene> world = make(scene, narrow, bodies);
     const btCollisionObjectArray& objects = world->world().getCollisionObjectArray();
     return watch(world->world(), *btRigidBody::upcast(objects[objects.size() - 1]), steps,
                  [&] { world->step(); });
@@ -55,7 +62,55 @@ void expectSameHeap(const std::string& scene)
     expectSameHeap(outcomes.registered, outcomes.stock);
     expectSameHeap(outcomes.dispatcher, outcomes.stock);
 }
+
+/// Contacts of all steps after which add() was called.
+struct ContactTotals
+{
+    void add(WorldScene& scene)
+    {
+        btDispatcher& dispatcher = *scene.world().getDispatcher();
+        for (int i = 0; i < dispatcher.getNumManifolds(); ++i)
+        {
+            const btPersistentManifold& manifold = *dispatcher.getManifoldByIndexInternal(i);
+            pairs += manifold.getNumContacts() > 0 ? 1 : 0;
+            points += manifold.getNumContacts();
+            btScalar deepest = 0;
+            for (int k = 0; k < manifold.getNumContacts(); ++k)
+                deepest = std::max(deepest, -manifold.getContactPoint(k).getDistance());
+            depth += double(deepest);
+        }
+    }
+
+    int pairs = 0, points = 0;
+    double depth = 0;  ///< sum over pairs
+};
+
+ContactTotals driveRobots(const std::string& narrow, std::uint32_t robots)
+{
+    const std::unique_ptr<WorldScene> world = make("robots", narrow, robots);
+    ContactTotals totals;
+    for (int step = 0; step < 150; ++step)
+    {
+        world->step();
+        if (step >= 30)
+            totals.add(*world);
+    }
+    return totals;
+}
 }  // namespace
+
+TEST(HullWorlds, RollRobotsOnHardlyMorePointsThanBulletAndLessDeep)
+{
+    const ContactTotals stock = driveRobots("bullet", 25);
+    EXPECT_GT(stock.pairs, 120 * 90) << "most wheels touch";
+    for (const char* narrow : {"isa-gjk", "dispatcher"})
+    {
+        const ContactTotals ours = driveRobots(narrow, 25);
+        EXPECT_NEAR(double(ours.pairs) / double(stock.pairs), 1, 0.1) << narrow;
+        EXPECT_LE(double(ours.points), 1.15 * double(stock.points)) << narrow;
+        EXPECT_LE(ours.depth, stock.depth) << narrow;
+    }
+}
 
 TEST(HullWorlds, LetBarrelColumnsStandAndSleep)
 {

@@ -25,7 +25,11 @@ constexpr double kDegree = 3.14159265358979323846 / 180.0;
 class OverFloor
 {
 public:
-    explicit OverFloor(const Points& body) : m_body(hullOf<btScalar>(body)) {}
+    /// @param floor moved so that its highest points lie at y = 0
+    explicit OverFloor(const Points& body, const Points& floor = boxPoints(20, 1, 20))
+        : m_body(hullOf<btScalar>(body)), m_floor(hullOf<btScalar>(floor))
+    {
+    }
 
     /// @param turn rotation of the body, which is then lowered to the gap
     ContactPatch patch(const Matrix3d& turn, int most = 4)
@@ -35,7 +39,8 @@ public:
             lowest = std::min(lowest, (turn * m_body.vertex(v).cast<double>()).y());
         const Vector3d origin(0.2, kGap - lowest, -0.1);
         m_a.emplace(m_body, turn.cast<btScalar>(), origin.cast<btScalar>());
-        m_b.emplace(m_floor, Matrix3d::Identity().cast<btScalar>(), PosedShape::Vector(0, -1, 0));
+        m_b.emplace(m_floor, Matrix3d::Identity().cast<btScalar>(),
+                    PosedShape::Vector(0, -highestOf(m_floor), 0));
         GjkCache<btScalar> cache;
         const GjkResult<btScalar> near = gjkDistance(*m_a, *m_b, btScalar(kWithin), cache);
         EXPECT_EQ(near.state, GjkState::Near);
@@ -54,7 +59,15 @@ public:
     }
 
 private:
-    Hull<btScalar> m_body, m_floor = hullOf<btScalar>(boxPoints(20, 1, 20));
+    static btScalar highestOf(const Hull<btScalar>& hull)
+    {
+        btScalar highest = hull.vertex(0).y();
+        for (std::int32_t v = 1; v < hull.vertexCount(); ++v)
+            highest = std::max(highest, hull.vertex(v).y());
+        return highest;
+    }
+
+    Hull<btScalar> m_body, m_floor;
     std::optional<PosedShape> m_a, m_b;
     Touch m_touch = {};
 };
@@ -64,17 +77,28 @@ Matrix3d about(const Vector3d& axis, double angle)
     return Eigen::AngleAxisd(angle, axis.normalized()).toRotationMatrix();
 }
 
-/// An upright wheel with its axle along z: a prism with edges along the axle.
-constexpr int kSides = 24;
-Points wheelPoints()
+/// An upright wheel with its axle along z: a prism with edges along the axle, of a radius of 0.3. The middle of a side
+/// faces down.
+///
+/// @param width in units of the diameter
+Points wheelPoints(int sides, double width)
 {
-    Points points = prismPoints(kSides, 0.15);
-    // The middle of a side faces down.
-    const Matrix3d turn = about(Vector3d::UnitZ(), 3.14159265358979323846 * (1.0 / kSides - 0.5));
+    Points points = prismPoints(sides, width);
+    const Matrix3d turn = about(Vector3d::UnitZ(), 3.14159265358979323846 * (1.0 / sides - 0.5));
     for (Vector3d& p : points)
         p = 0.3 * (turn * p);
     return points;
 }
+
+/// Turns a wheel of wheelPoints() to an edge, which then leans.
+Matrix3d leaningEdge(int sides, double degrees)
+{
+    return about(Vector3d::UnitX(), degrees * kDegree) *
+           about(Vector3d::UnitZ(), 3.14159265358979323846 / sides);
+}
+
+constexpr int kSides = 24;
+constexpr double kNarrow = 1.0 / 6.0, kLong = 5.0 / 3.0;
 }  // namespace
 
 TEST(ContactPatchPoints, NumberFourOnFaceTwoOnEdgeAndOneOnCornerOfBox)
@@ -107,9 +131,45 @@ TEST(ContactPatchPoints, BecomeFewerWhenLegLeansThoughItsFootIsWithinLimit)
     }
 }
 
+TEST(ContactPatchPoints, NumberOneUnderLeaningEdgeOfWheelAndSpanThatOfRoller)
+{
+    for (const int sides : {11, kSides})
+    {
+        OverFloor wheel(wheelPoints(sides, kNarrow)), roller(wheelPoints(sides, kLong));
+        const auto lengthUnder = [&](double degrees)
+        { return lengthOf(roller.places(roller.patch(leaningEdge(sides, degrees))), Vector3d::UnitY()); };
+        for (const double degrees : {0.0, 1e-4, 0.05, -0.05})
+        {
+            EXPECT_EQ(wheel.patch(leaningEdge(sides, degrees)).count, 2) << degrees;
+            EXPECT_GT(lengthUnder(degrees), 0.99) << degrees;
+        }
+        for (const double degrees : {0.3, 0.6, -0.9})
+        {
+            EXPECT_EQ(wheel.patch(leaningEdge(sides, degrees)).count, 1) << degrees;
+            EXPECT_GT(lengthUnder(degrees), 0.99) << degrees;
+            // Bodies come to rest on faces.
+            EXPECT_EQ(wheel.patch(about(Vector3d::UnitX(), degrees * kDegree)).count, 4) << degrees;
+        }
+    }
+}
+
+TEST(ContactPatchPoints, NumberOneUnderLeaningEdgeOfWheelOnThinFloorAndOnTriangle)
+{
+    const Points triangle = {{0, 0, 0}, {0.6, 0, 0}, {0.3, 0, -0.6}};
+    for (const Points& floor : {boxPoints(20, 0.01, 20), triangle})
+    {
+        OverFloor wheel(wheelPoints(kSides, kNarrow), floor);
+        EXPECT_EQ(wheel.patch(leaningEdge(kSides, 0.05)).count, 2);
+        EXPECT_EQ(wheel.patch(leaningEdge(kSides, 0.3)).count, 1);
+    }
+    // A slab of the wheel's size may rock itself.
+    OverFloor onSlab(wheelPoints(kSides, kNarrow), boxPoints(0.35, 0.02, 0.2));
+    EXPECT_EQ(onSlab.patch(leaningEdge(kSides, 0.3)).count, 2);
+}
+
 TEST(ContactPatchPoints, LieAtEndsOfLineUnderWheelOfManySides)
 {
-    OverFloor wheel(wheelPoints());
+    OverFloor wheel(wheelPoints(kSides, 0.15));
     int lines = 0;
     constexpr int kSteps = 48;
     for (int i = 0; i <= kSteps; ++i)
