@@ -54,7 +54,9 @@ public:
     ///
     /// @param make    make(i) returns the input for i in [0, count); called in the child
     /// @param isQuiet whether what the child prints is dropped
-    FuzzOutcome run(std::size_t count, const std::function<Bytes(std::size_t)>& make, bool isQuiet)
+    /// @param isOver  asked before each input, in the child; the rest is left out where it is true
+    FuzzOutcome run(std::size_t count, const std::function<Bytes(std::size_t)>& make, bool isQuiet,
+                    const std::function<bool()>& isOver = nullptr)
     {
         m_shared->message[0] = 0;
         m_shared->size = 0;
@@ -66,7 +68,7 @@ public:
             std::exit(2);
         }
         if (child == 0)
-            _exit(runInside(count, make, isQuiet));
+            _exit(runInside(count, make, isQuiet, isOver));
         int status = 0;
         waitpid(child, &status, 0);
         return outcomeOf(status);
@@ -92,7 +94,8 @@ private:
         std::uint8_t input[kMaxInputBytes];
     };
 
-    int runInside(std::size_t count, const std::function<Bytes(std::size_t)>& make, bool isQuiet)
+    int runInside(std::size_t count, const std::function<Bytes(std::size_t)>& make, bool isQuiet,
+                  const std::function<bool()>& isOver)
     {
         const int nowhere = isQuiet ? open("/dev/null", O_WRONLY) : -1;
         if (nowhere >= 0)
@@ -100,7 +103,7 @@ private:
             dup2(nowhere, STDOUT_FILENO);
             dup2(nowhere, STDERR_FILENO);
         }
-        for (std::size_t i = 0; i < count; ++i)
+        for (std::size_t i = 0; i < count && !(isOver && isOver()); ++i)
         {
             const Bytes bytes = make(i);
             m_shared->size = std::min(bytes.size(), kMaxInputBytes);

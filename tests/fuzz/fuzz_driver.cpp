@@ -16,6 +16,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -158,19 +159,12 @@ public:
 
     int run()
     {
-        const auto begin = std::chrono::steady_clock::now();
-        const auto seconds = [begin]
-        { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(); };
         std::printf("%s: seed %" PRIu32 ", %zu files\n", kFuzzTargetName, m_options.seed, m_corpus.size());
         bool holds = runCorpus();
-        for (std::uint64_t index = 0; holds; index += kBatch)
-        {
-            const bool isTimed = m_options.minutes > 0;
-            if (isTimed ? seconds() > m_options.minutes * 60 : index >= m_options.cases)
-                break;
-            const std::uint64_t count = isTimed ? kBatch : std::min(kBatch, m_options.cases - index);
-            holds = runBatch(index, count);
-        }
+        const std::uint64_t cases =
+            m_options.minutes > 0 ? std::numeric_limits<std::uint64_t>::max() : m_options.cases;
+        for (std::uint64_t index = 0; holds && index < cases && !isOver(); index += kBatch)
+            holds = runBatch(index, std::min(kBatch, cases - index));
         const auto perSecond = static_cast<double>(m_child.operations()) / std::max(seconds(), 1e-3);
         std::printf("%s: %" PRIu64 " cases, %" PRIu64 " operations, %.0f per second\n", kFuzzTargetName,
                     m_child.cases(), m_child.operations(), perSecond);
@@ -179,6 +173,13 @@ public:
 
 private:
     static constexpr std::uint64_t kBatch = 200;
+
+    double seconds() const
+    {
+        return std::chrono::duration<double>(std::chrono::steady_clock::now() - m_begin).count();
+    }
+
+    bool isOver() const { return m_options.minutes > 0 && seconds() > m_options.minutes * 60; }
 
     bool runCorpus()
     {
@@ -189,7 +190,8 @@ private:
     bool runBatch(std::uint64_t first, std::uint64_t count)
     {
         const auto input = [this, first](std::size_t i) { return m_inputs.make(m_options.seed, first + i); };
-        const FuzzOutcome outcome = m_child.run(static_cast<std::size_t>(count), input, false);
+        const FuzzOutcome outcome =
+            m_child.run(static_cast<std::size_t>(count), input, false, [this] { return isOver(); });
         return report(outcome, "cases from " + std::to_string(first));
     }
 
@@ -224,6 +226,7 @@ private:
         return FuzzShrinker(fails, 4000).shrink(bytes);
     }
 
+    const std::chrono::steady_clock::time_point m_begin = std::chrono::steady_clock::now();
     Options m_options;
     std::vector<Bytes> m_corpus;
     FuzzInputs m_inputs;
