@@ -7,6 +7,7 @@
 #include "cullet/narrow/gjk/isa_gjk.h"
 #include "cullet/tests/fuzz/hulls/lattice_hull.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <sstream>
@@ -71,7 +72,10 @@ public:
     /// @param a, b  points in the world
     HullPairCheck(const LatticePoints& a, const LatticePoints& b, const Lattice& originA, long double unit,
                   const PairTruth<S>& truth)
-        : m_a(relative(a, originA, unit)), m_b(relative(b, originA, unit)), m_truth(truth)
+        : m_a(relative(a, originA, unit)),
+          m_b(relative(b, originA, unit)),
+          m_truth(truth),
+          m_place(std::numeric_limits<S>::epsilon() * std::max(reachOf(m_a), reachOf(m_b)))
     {
     }
 
@@ -219,10 +223,11 @@ private:
             return;
         const long double outA = solveLattice<long double>({toLong(pointA)}, m_a).distance;
         const long double outB = solveLattice<long double>({toLong(pointB)}, m_b).distance;
-        require(outA <= m_truth.touching, "point A is outside of A by ", outA);
-        require(outB <= m_truth.touching, "point B is outside of B by ", outB);
+        const long double allowed = m_truth.touching + m_place;
+        require(outA <= allowed, "point A is outside of A by ", outA, ", allowed ", allowed);
+        require(outB <= allowed, "point B is outside of B by ", outB, ", allowed ", allowed);
         const long double off = lengthOf(toLong(Vector(pointA - pointB - along)));
-        require(off <= m_truth.touching, "the points differ from axis and length by ", off);
+        require(off <= allowed, "the points differ from axis and length by ", off, ", allowed ", allowed);
     }
 
     void checkDistance(const GjkResult<S>& result, S limit)
@@ -261,8 +266,20 @@ private:
         checkPoints(result.pointA, result.pointB, -result.depth * result.axis);
     }
 
+    static long double reachOf(const LongPoints& points)
+    {
+        long double reach = 0;
+        for (const LongPoint& point : points)
+            reach = std::max(reach, lengthOf(point));
+        return reach;
+    }
+
     LongPoints m_a, m_b;  ///< relative to the origin of A
     const PairTruth<S> m_truth;
+    /// Points are relative to the origin of A, from which both hulls may be much farther than from each other. The nearest
+    /// point with coordinates in S is off by up to u = eps / 2 of its distance, which no size bounds; both points together
+    /// by eps.
+    const long double m_place;
     const char* m_name = "";
     std::string m_error;
 };
