@@ -11,6 +11,7 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <optional>
 
 namespace cullet
 {
@@ -60,6 +61,13 @@ private:
     using Search = GjkSearch<A, B>;
     using Support = typename Search::Support;
 
+    struct Level
+    {
+        Search search;
+        Support support;
+        double lower;  ///< bound of the distance
+    };
+
     void startFromAxis()
     {
         const Eigen::Vector3d axis(m_cache.axis[0], m_cache.axis[1], m_cache.axis[2]);
@@ -91,10 +99,46 @@ private:
             const bool isClose = m_search.length2() - along <= kRelativeGap * m_search.length2();
             if (isClose)
                 return finish(GjkState::Near, &s, result);
-            if (m_search.has(s) || !m_search.advance(s))
-                return finish(m_search.stalledState(along), &s, result);
+            if (m_search.has(s) || (!m_search.advance(s) && !advanceLevel(s, along)))
+                return finishStalled(s, along, result);
         }
         finish(GjkState::NotConverged, nullptr, result);
+    }
+
+    /// With the stalled simplex that has the best lower bound.
+    void finishStalled(Support s, double along, GjkResult<S>& result)
+    {
+        if (m_best && m_best->lower > along / std::sqrt(m_search.length2()))
+        {
+            m_search.take(m_best->search);
+            s = m_best->support;
+            along = m_search.closest().dot(s.w);
+        }
+        finish(m_search.stalledState(along), &s, result);
+    }
+
+    /// Goes on where no length shows that the search comes closer to the origin: faces that are nearly level have many
+    /// normals of nearly one distance. The one with the best lower bound of the distance counts in the end.
+    ///
+    /// @param s     support against the closest point
+    /// @param along of the closest point and s
+    bool advanceLevel(const Support& s, double along)
+    {
+        Search next = m_search;
+        if (++m_levelSteps > kMostLevelSteps || !next.advanceLevel(s))
+            return false;
+        keepBest(s, along);
+        m_search.take(next);
+        const Support first = m_search.supportAgainst(m_search.closest());
+        keepBest(first, m_search.closest().dot(first.w));
+        return true;
+    }
+
+    void keepBest(const Support& s, double along)
+    {
+        const double lower = along / std::sqrt(m_search.length2());
+        if (!m_best || lower > m_best->lower)
+            m_best.emplace(Level{m_search, s, lower});
     }
 
     void finish(GjkState state, const Support* along, GjkResult<S>& result)
@@ -114,12 +158,16 @@ private:
 
     /// Of |v|^2: the relative error of the distance is at most 1e-12.
     static constexpr double kRelativeGap = 1e-12;
+    /// Four are seldom needed; rounding might repeat them.
+    static constexpr int kMostLevelSteps = 8;
 
     Search m_search;
     double m_limit;
     GjkCache<S>& m_cache;
     Observer& m_observer;
     std::int32_t m_iterations = 0;
+    int m_levelSteps = 0;
+    std::optional<Level> m_best;
     bool m_isLikelyDone = false;  ///< the cached simplex is near the closest simplex, or is it
 };
 
@@ -298,7 +346,7 @@ template <class S, class A, class B, class Observer>
 /// @param cache       of this pair in this order; a default-constructed one for a pair without history
 /// @param observer    called after each support, see NoObserver
 /// @param start       where the search begins
-/// Errors: NotConverged; never loops, since |v| strictly decreases, and never returns a NaN.
+/// Errors: NotConverged; never loops, since |v| strictly decreases, but for eight steps at most; never returns a NaN.
 template <class S, class A, class B, class Observer>
 GjkResult<S> gjkDistance(const A& a, const B& b, S maxDistance, GjkCache<S>& cache, Observer& observer,
                          GjkStart start = GjkStart::Memory)

@@ -199,6 +199,39 @@ public:
         return true;
     }
 
+    /// Adds a support point that is nearer to the origin along closest() than the simplex, by so little that no length
+    /// shows it: shapes whose faces are nearly level have closest points of equal distance and different normals.
+    /// @return false, with the simplex unchanged, if no triangle or edge with the point has a closest point inside of it
+    ///         that is as close
+    bool advanceLevel(const Support& s)
+    {
+        push(s);
+        const ClosestOnSimplex next = closestOfNewest();
+        const double same = 2.0 * noise() * std::sqrt(m_length2);
+        if ((next.subset >> (m_count - 1) & 1u) == 0 || !(next.length2 <= m_length2 + same))
+        {
+            --m_count;
+            return false;
+        }
+        accept(next);
+        return true;
+    }
+
+    /// Rounding of a height over a plane.
+    double noise() const { return 8.0 * std::numeric_limits<double>::epsilon() * std::sqrt(m_size2); }
+
+    /// Takes over the simplex of another search of the same shapes.
+    void take(const GjkSearch& other)
+    {
+        m_points = other.m_points;
+        m_tags = other.m_tags;
+        m_count = other.m_count;
+        m_closest = other.m_closest;
+        m_length2 = other.m_length2;
+        m_size2 = other.m_size2;
+        m_sum2 = other.m_sum2;
+    }
+
     /// Closest point of A (relative to its origin); the point of B is this minus closest().
     Eigen::Vector3d pointOfA() const
     {
@@ -300,6 +333,32 @@ private:
         asm("" : "+r"(vertexA), "+r"(vertexB));
         m_tags[m_count] = {s.a, vertexA, vertexB};
         ++m_count;
+    }
+
+    /// Closest point of the largest triangle with the newest point that has it inside: the origin is over slivers by
+    /// chance. Else, of the edges with the newest point.
+    ClosestOnSimplex closestOfNewest() const
+    {
+        const int newest = m_count - 1;
+        ClosestOnSimplex best = nothingOnSimplex(m_points, m_count);
+        double largest = 0.0;
+        for (int i = 0; i < newest; ++i)
+        {
+            for (int j = i + 1; j < newest; ++j)
+            {
+                ClosestOnSimplex inside = nothingOnSimplex(m_points, m_count);
+                const Eigen::Vector3d &p = m_points[i], &q = m_points[j], &r = m_points[newest];
+                const double area2 = (q - p).cross(r - p).squaredNorm();
+                if (area2 > largest && considerInside(m_points, i, j, newest, inside))
+                {
+                    largest = area2;
+                    best = inside;
+                }
+            }
+        }
+        for (int i = 0; i < newest && largest == 0.0; ++i)
+            considerSegment(m_points, newest, i, best);
+        return best;
     }
 
     // A NaN makes the comparison false.

@@ -12,7 +12,8 @@ namespace cullet
 {
 /// Outcome of a query between two convex shapes. "Size" is the largest length of a point of their Minkowski difference
 /// that the query has computed; statements hold up to the rounding of the supports, about 4e-7 of the size for float
-/// hulls, and a search may treat shapes whose distance is less than 1e-7 of it as touching.
+/// hulls, and a search may treat shapes whose distance is less than 1e-7 of it as touching. Points are rounded besides, by
+/// up to half an epsilon of their distance from the origin of A.
 enum class GjkState : std::uint8_t
 {
     /// The distance is larger than maxDistance; `axis` proves it. No distance and no points.
