@@ -128,6 +128,7 @@ struct ContactQuery
     int most;           ///< most points
     /// A step computes distances from points that it has rounded in the world.
     bool isStep = false;
+    long double threshold = 0;  ///< of a step's manifold
     /// How far a point of a patch may be beside the other face; see Prism.
     long double beside = 0;
 };
@@ -145,6 +146,9 @@ public:
         m_beside = query.beside;
         m_slack = m_truth.bounds().of(gap) + (query.isStep ? m_truth.bounds().place : 0.0L);
         const long double slack = m_slack + 16 * ContactBounds::kEpsilon * reach;
+        // The manifold drops points that rounding in the world has moved by more than its threshold.
+        if (contacts.empty() && query.isStep && query.threshold <= m_truth.bounds().place)
+            return;
         if (contacts.empty())
             return require(gap > reach - slack, "nothing is found, but the gap is ", gap, " and the reach ",
                            reach);
@@ -215,8 +219,20 @@ private:
         require(core >= gap - allowed && core <= gap + allowed + choice, "the gap is ", core, ", off by ",
                 core - gap, ", allowed ", allowed);
         const long double along = m_truth.gapAlong(normal);
-        require(std::abs(core - along) <= allowed + choice + m_truth.bounds().rounding,
+        require(std::abs(core - along) <= allowed + choice + m_truth.bounds().rounding + tiltOf(gap),
                 "the gap along the normal is ", along, ", not ", core);
+    }
+
+    /// By how much the gap along a normal may be less than that between the closest points whose difference v it is. Each
+    /// is a sum of three products and an origin, in double: off by 4 u of the size, so v by 8 u = 4 eps of it. That turns
+    /// v / |v| by 4 eps size / gap, and no point of A - B is farther from the closest one than the size, so its height
+    /// over it changes by the size times that.
+    long double tiltOf(long double gap) const
+    {
+        const long double size = m_truth.size();
+        return gap > m_truth.bounds().touching
+                   ? 4 * static_cast<long double>(std::numeric_limits<double>::epsilon()) * size * size / gap
+                   : 0.0L;
     }
 
     const PolytopePair& m_truth;
