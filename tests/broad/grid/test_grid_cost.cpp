@@ -175,7 +175,10 @@ TEST(ColumnGrid, FindsPairsBesideAWindowOfFarMoreColumnsAlongOneAxis)
     Random random(64);
     std::vector<Aabb> boxes;
     for (std::uint32_t i = 0; i < 6000; ++i)
-        boxes.push_back(boxAt(random.between(0, 4000), random.between(0, 3), random.between(0, 150)));
+    {
+        const float z = random.between(0, 150), y = random.between(0, 3);
+        boxes.push_back(boxAt(random.between(0, 4000), y, z));
+    }
     // Few enough to lie outside of the window, each with a partner.
     for (std::uint32_t i = 0; i < 20; ++i)
     {

@@ -178,7 +178,10 @@ TEST(WarpSearch, MakesTheRecordedNumberOfTests)
     for (int i = 0; i < 90; ++i)
         heap.push_back(boxAt(random.point(0, 30), 0.1f));
     for (int i = 0; i < 200; ++i)
-        sizes.push_back(boxAt(random.point(0, 8), random.logUniform(-5, 1)));
+    {
+        const float half = random.logUniform(-5, 1);
+        sizes.push_back(boxAt(random.point(0, 8), half));
+    }
     sizes.push_back(boxAt(0, 0, 0, 1e20f));
     const std::vector<Aabb> even = cubesIn(160, 3, random, 4, 1, 2);
     std::vector<std::uint64_t> tests;

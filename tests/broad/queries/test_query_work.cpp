@@ -40,7 +40,12 @@ public:
                        for (ProxyId row = 0; row < m_table.size(); ++row)
                            move(row, 0.125f);
                    });
-            repeat(40, [&] { setBox(anyRow(), randomBox()); });
+            repeat(40,
+                   [&]
+                   {
+                       const Aabb box = randomBox();
+                       setBox(anyRow(), box);
+                   });
             repeat(30,
                    [&]
                    {

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #include "cullet/tests/plugin/dispatcher/crowd_world.h"
 
+#include <BulletCollision/CollisionDispatch/btCompoundCollisionAlgorithm.h>
 #include <BulletCollision/NarrowPhaseCollision/btGjkEpaPenetrationDepthSolver.h>
 #include <gtest/gtest.h>
 
@@ -29,6 +30,7 @@ public:
         gContactStartedCallback = nullptr;
         gContactEndedCallback = nullptr;
         gContactDestroyedCallback = nullptr;
+        gCompoundChildShapePairCallback = nullptr;
         gCalculateCombinedRestitutionCallback = &btManifoldResult::calculateCombinedRestitution;
         gCalculateCombinedFrictionCallback = &btManifoldResult::calculateCombinedFriction;
         gCalculateCombinedRollingFrictionCallback = &btManifoldResult::calculateCombinedRollingFriction;
@@ -134,6 +136,20 @@ TEST(SerialReasons, AreGivenForNearCallbackAndContinuousDispatch)
     world->step();
     EXPECT_EQ(world->stats().reason, SerialReason::ContinuousDispatch);
     EXPECT_EQ(world->stats().jobsTotal, 0u);
+}
+
+TEST(ForeignPairs, AreSeenWhereTheApplicationIsAskedAboutChildren)
+{
+    const GlobalCallbacks callbacks;
+    DispatcherOptions options = onThreadCount(1);
+    options.callbacksAreThreadSafe = true;
+    const auto world = makeCrowd(Crowd::Compounds, 5, options);
+    world->dispatcher().setFindsForeignPairs(true);
+    world->run(kSerialSteps);
+    EXPECT_FALSE(world->dispatcher().hadForeignPairs());
+    gCompoundChildShapePairCallback = [](const btCollisionShape*, const btCollisionShape*) { return true; };
+    world->step();
+    EXPECT_TRUE(world->dispatcher().hadForeignPairs());
 }
 
 TEST(SerialReasons, AreGivenForDerivedDispatcherAndForeignPairCache)

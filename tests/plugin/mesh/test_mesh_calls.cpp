@@ -1,5 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
+#include "cullet/plugin/core/dynamic_type.h"
 #include "cullet/plugin/mesh/mesh_algorithm.h"
 #include "cullet/tests/plugin/broadphase/broadphase_support.h"
 #include "cullet/tests/plugin/mesh/mesh_bench.h"
@@ -8,7 +9,6 @@
 #include <gtest/gtest.h>
 
 #include <stdexcept>
-#include <typeinfo>
 #include <vector>
 
 namespace cullet::test
@@ -109,18 +109,18 @@ TEST_F(MeshCalls, MakeOneManifoldAndRefreshItOnceAStep)
 TEST_F(MeshCalls, AreBulletsOwnWhenMeshesAreSwitchedOff)
 {
     MeshBench ours(Loop::Ours, box, soup);
-    EXPECT_TRUE(typeid(ours.algorithm()) == typeid(MeshAlgorithm));
+    EXPECT_TRUE(isExactly<MeshAlgorithm>(ours.algorithm()));
     IsaGjkOptions options;
     options.meshes = false;
     MeshBench bullets(Loop::Ours, box, soup, false, options);
-    EXPECT_TRUE(typeid(bullets.algorithm()) == typeid(btConvexConcaveCollisionAlgorithm));
+    EXPECT_TRUE(isExactly<btConvexConcaveCollisionAlgorithm>(bullets.algorithm()));
 
     registerIsaGjk(ours.dispatcher(), options);
     const btCollisionObjectWrapper wrapA(nullptr, &box, &ours.convex(), pose, -1, -1);
     const btCollisionObjectWrapper wrapB(nullptr, &soup, &ours.mesh(), ground, -1, -1);
     btCollisionAlgorithm* const again =
         ours.dispatcher().findAlgorithm(&wrapA, &wrapB, nullptr, BT_CONTACT_POINT_ALGORITHMS);
-    EXPECT_TRUE(typeid(*again) == typeid(btConvexConcaveCollisionAlgorithm));
+    EXPECT_TRUE(isExactly<btConvexConcaveCollisionAlgorithm>(*again));
     again->~btCollisionAlgorithm();
     ours.dispatcher().freeCollisionAlgorithm(again);
 }

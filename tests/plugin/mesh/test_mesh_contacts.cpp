@@ -325,7 +325,7 @@ TEST_F(EditedMesh, AsksForFewTrianglesWhereTheyAreSmall)
     const IsaGjkStats stats = bench.isaGjk().stats();
     EXPECT_GT(stats.trianglesTotal, 2000u);
     EXPECT_GT(stats.trianglesAskedTotal, 0u);
-    EXPECT_LT(stats.trianglesAskedTotal * 5, stats.trianglesTotal);
+    EXPECT_LT(stats.trianglesAskedTotal * 3, stats.trianglesTotal);
 }
 
 TEST_F(EditedMesh, IsLeftToBulletForPosesThatAreNoRotations)

@@ -183,7 +183,7 @@ void RestScene::step(int number)
     if (number % 3 == 0)
         editAt(Moment::Nothing);
     m_filter->accepts = number % 4 < 2;
-    if (m_moment == Moment::BeforeTick && number % 5 == 0)
+    if (m_moment == Moment::BeforeTick && number % 3 == 0)
         wakeSome();
     // Pairs of sleeping bodies end and begin.
     if (m_moment == Moment::ContactEnd || m_moment == Moment::Filter)
