@@ -232,7 +232,7 @@ btCollisionAlgorithm* IsaGjkRegistration::CreateFunc::CreateCollisionAlgorithm(
     return new (memory) IsaGjkAlgorithm(m_isaGjk, info.m_manifold, info, a, b, m_closestOnly);
 }
 
-IsaGjkRegistration& registerIsaGjk(btCollisionDispatcher& dispatcher, const IsaGjkOptions& options)
+IsaGjkRegistration& registerIsaGjk(btCollisionDispatcher& dispatcher, IsaGjkOptions options)
 {
     // Create functions must outlive dispatcher and world, and Bullet does not report when these are destroyed. So they
     // are never destroyed, and there is one per address.

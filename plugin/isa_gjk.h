@@ -199,8 +199,7 @@ private:
 /// @return counters and options; lives as long as the process. Registering again for a dispatcher at the same address
 ///         returns the same object with counters at zero; pairs that the options now exclude are Bullet's again.
 /// Errors: std::bad_alloc.
-CULLET_API IsaGjkRegistration& registerIsaGjk(btCollisionDispatcher& dispatcher,
-                                              const IsaGjkOptions& options = {});
+CULLET_API IsaGjkRegistration& registerIsaGjk(btCollisionDispatcher& dispatcher, IsaGjkOptions options = {});
 
 struct HullCacheStats
 {

@@ -50,7 +50,7 @@ Dispatcher::NearPass::NearPass(Dispatcher& dispatcher, btOverlappingPairCache& c
       m_isInLine(isExactly<Dispatcher>(dispatcher) &&
                  info.m_dispatchFunc == btDispatcherInfo::DISPATCH_DISCRETE),
       m_findsForeign(dispatcher.m_findsForeignPairs && m_isInLine && usesOwnNearCallback() &&
-                     isKnownCache(cache) &&
+                     isKnownCache(cache) && !hasCallbackOfChildren() &&
                      findSerialReason(dispatcher, dispatcher.m_isaGjk, info, false) == SerialReason::None),
       m_reason(serialReason())
 {

@@ -149,7 +149,7 @@ const WorldBodiesStats& WorldBodies::stats() const
 }
 
 bool WorldBodies::saveKinematicState(btCollisionObjectArray& objects, btScalar timeStep,
-                                     const std::vector<int>* restless)
+                                     const Array<int>* restless)
 {
     int first = 0;
     if (restless != nullptr)

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "cullet/broad/api.h"
+#include "cullet/broad/array.h"
 #include "cullet/plugin/core/precision.h"
 
 #include <BulletCollision/CollisionDispatch/btCollisionObject.h>
@@ -11,7 +12,6 @@
 
 #include <cstdint>
 #include <memory>
-#include <vector>
 
 class btRigidBody;
 
@@ -64,8 +64,7 @@ public:
     ///
     /// @param restless indices of the objects that are not at rest (WorldRest); null: any may be
     /// @return whether code of the application may have run: the motion state of a kinematic body
-    bool saveKinematicState(btCollisionObjectArray& objects, btScalar timeStep,
-                            const std::vector<int>* restless);
+    bool saveKinematicState(btCollisionObjectArray& objects, btScalar timeStep, const Array<int>* restless);
 
     /// As btDiscreteDynamicsWorld::applyGravity().
     void applyGravity(Bodies& bodies);

@@ -44,7 +44,7 @@ class Visited
 {
 public:
     /// @param restless null for all objects
-    Visited(const std::vector<int>* restless, int objects) : m_restless(restless), m_objects(objects) {}
+    Visited(const Array<int>* restless, int objects) : m_restless(restless), m_objects(objects) {}
 
     std::size_t size() const
     {
@@ -59,7 +59,7 @@ public:
     int objects() const { return m_objects; }
 
 private:
-    const std::vector<int>* m_restless;
+    const Array<int>* m_restless;
     int m_objects;
 };
 

@@ -94,7 +94,7 @@ const WorldIslandsStats& WorldIslands::stats() const
 
 bool WorldIslands::find(btCollisionWorld& world, btSimulationIslandManager& manager,
                         const btAlignedObjectArray<btPersistentManifold*>& predictive, const Joints& joints,
-                        const std::vector<int>* restless)
+                        const Array<int>* restless)
 {
     try
     {

@@ -3,13 +3,13 @@
 #pragma once
 
 #include "cullet/broad/api.h"
+#include "cullet/broad/array.h"
 #include "cullet/plugin/core/precision.h"
 
 #include <LinearMath/btAlignedObjectArray.h>
 
 #include <cstdint>
 #include <memory>
-#include <vector>
 
 class btCollisionWorld;
 class btConstraintSolver;
@@ -89,7 +89,7 @@ public:
     /// @return false, with nothing changed: no memory, so that the world's own function must run
     bool find(btCollisionWorld& world, btSimulationIslandManager& manager,
               const btAlignedObjectArray<btPersistentManifold*>& predictive, const Joints& joints,
-              const std::vector<int>* restless);
+              const Array<int>* restless);
 
     /// Lets custom profile functions be called on any thread. By default one thread solves all islands while there are
     /// some, since a profiler was written for Bullet's one thread.

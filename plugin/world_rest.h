@@ -3,12 +3,12 @@
 #pragma once
 
 #include "cullet/broad/api.h"
+#include "cullet/broad/array.h"
 #include "cullet/plugin/core/precision.h"
 
 #include <cstdint>
 #include <memory>
 #include <typeinfo>
-#include <vector>
 
 class btCollisionWorld;
 
@@ -37,7 +37,7 @@ class CULLET_API WorldRest
 {
 public:
     /// The indices of the objects that are not at rest, ascending.
-    using Indices = std::vector<int>;
+    using Indices = Array<int>;
 
     WorldRest();
     ~WorldRest();

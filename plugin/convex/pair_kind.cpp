@@ -90,16 +90,16 @@ bool isOfKnownShape(int shapeType)
     }
 }
 
-bool hasCallbackOfChildren()
-{
-    return gCompoundChildShapePairCallback != nullptr || gCompoundCompoundChildShapePairCallback != nullptr;
-}
-
 bool isRound(int shapeType)
 {
     return shapeType == SPHERE_SHAPE_PROXYTYPE || shapeType == CAPSULE_SHAPE_PROXYTYPE;
 }
 }  // namespace
+
+bool hasCallbackOfChildren()
+{
+    return gCompoundChildShapePairCallback != nullptr || gCompoundCompoundChildShapePairCallback != nullptr;
+}
 
 PairKinds::Algorithm PairKinds::classOf(const btCollisionAlgorithm& algorithm)
 {
@@ -279,7 +279,8 @@ PairKinds::Children PairKinds::children()
 
 bool PairKinds::isKnown(const btCollisionAlgorithmCreateFunc& create) const
 {
-    return &create == m_isaGjk.contactPoints() || &create == m_isaGjk.boxes() || m_isaGjk.makesMeshes(&create) ||
+    return &create == m_isaGjk.contactPoints() || &create == m_isaGjk.boxes() ||
+           m_isaGjk.makesMeshes(&create) ||
            isOneOf<btConvexConvexAlgorithm::CreateFunc, btConvexConcaveCollisionAlgorithm::CreateFunc,
                    btConvexConcaveCollisionAlgorithm::SwappedCreateFunc,
                    btCompoundCollisionAlgorithm::CreateFunc, btCompoundCollisionAlgorithm::SwappedCreateFunc,

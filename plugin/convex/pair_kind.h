@@ -31,6 +31,9 @@ enum class PairKind : std::uint8_t
     Compound
 };
 
+/// Whether Bullet asks the application about pairs of a compound's children.
+bool hasCallbackOfChildren();
+
 inline bool isJob(PairKind kind)
 {
     return kind > PairKind::InOrder;

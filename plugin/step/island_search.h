@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include "cullet/broad/array.h"
 #include "cullet/plugin/core/precision.h"
 
 #include <LinearMath/btAlignedObjectArray.h>
@@ -32,7 +33,7 @@ public:
         btSimulationIslandManager& manager;
         const btAlignedObjectArray<btPersistentManifold*>& predictive;  ///< of bodies with a CCD threshold
         const btAlignedObjectArray<btTypedConstraint*>& joints;
-        const std::vector<int>* restless;  ///< indices of the objects that are not at rest; null: any may be
+        const Array<int>* restless;  ///< indices of the objects that are not at rest; null: any may be
     };
 
     /// Reserves memory for run(). Throws std::bad_alloc.
