@@ -101,13 +101,15 @@ ContactTotals driveRobots(const std::string& narrow, std::uint32_t robots)
 
 TEST(HullWorlds, RollRobotsOnHardlyMorePointsThanBulletAndLessDeep)
 {
+    // In double precision Bullet has a fifth fewer points, cullet as many.
+    constexpr double kMost = sizeof(btScalar) == sizeof(float) ? 1.15 : 1.4;
     const ContactTotals stock = driveRobots("bullet", 25);
     EXPECT_GT(stock.pairs, 120 * 90) << "most wheels touch";
     for (const char* narrow : {"isa-gjk", "dispatcher"})
     {
         const ContactTotals ours = driveRobots(narrow, 25);
         EXPECT_NEAR(double(ours.pairs) / double(stock.pairs), 1, 0.1) << narrow;
-        EXPECT_LE(double(ours.points), 1.15 * double(stock.points)) << narrow;
+        EXPECT_LE(double(ours.points), kMost * double(stock.points)) << narrow;
         EXPECT_LE(ours.depth, stock.depth) << narrow;
     }
 }

@@ -141,15 +141,35 @@ TEST(SerialReasons, AreGivenForNearCallbackAndContinuousDispatch)
 TEST(ForeignPairs, AreSeenWhereTheApplicationIsAskedAboutChildren)
 {
     const GlobalCallbacks callbacks;
+    btDefaultCollisionConfiguration configuration;
     DispatcherOptions options = onThreadCount(1);
     options.callbacksAreThreadSafe = true;
-    const auto world = makeCrowd(Crowd::Compounds, 5, options);
-    world->dispatcher().setFindsForeignPairs(true);
-    world->run(kSerialSteps);
-    EXPECT_FALSE(world->dispatcher().hadForeignPairs());
+    Dispatcher dispatcher(&configuration, options);
+    dispatcher.setFindsForeignPairs(true);
+    Broadphase broadphase;
+    btSequentialImpulseConstraintSolver solver;
+    btDiscreteDynamicsWorld world(&dispatcher, &broadphase, &solver, &configuration);
+    btBoxShape box(vec(1, 1, 1));
+    btCompoundShape pair;
+    pair.addChildShape(btTransform(btQuaternion::getIdentity(), vec(-1, 0, 0)), &box);
+    pair.addChildShape(btTransform(btQuaternion::getIdentity(), vec(1, 0, 0)), &box);
+    btRigidBody floor(0, nullptr, &box), body(1, nullptr, &pair, vec(1, 1, 1));
+    body.setWorldTransform(btTransform(btQuaternion::getIdentity(), vec(1, 2, 0)));
+    body.setActivationState(DISABLE_DEACTIVATION);
+    world.addRigidBody(&floor);
+    world.addRigidBody(&body);
+    // A new pair is foreign.
+    for (const bool isForeign : {true, false, false})
+    {
+        world.performDiscreteCollisionDetection();
+        EXPECT_EQ(dispatcher.hadForeignPairs(), isForeign);
+    }
+    EXPECT_GT(dispatcher.getNumManifolds(), 0);
     gCompoundChildShapePairCallback = [](const btCollisionShape*, const btCollisionShape*) { return true; };
-    world->step();
-    EXPECT_TRUE(world->dispatcher().hadForeignPairs());
+    world.performDiscreteCollisionDetection();
+    EXPECT_TRUE(dispatcher.hadForeignPairs());
+    world.removeRigidBody(&body);
+    world.removeRigidBody(&floor);
 }
 
 TEST(SerialReasons, AreGivenForDerivedDispatcherAndForeignPairCache)

@@ -25,11 +25,7 @@ namespace cullet::test
 {
 namespace
 {
-#if defined(CULLET_IS_SANITIZED)
-constexpr int kSteps = 450;
-#else
 constexpr int kSteps = 600;
-#endif
 constexpr std::uint32_t kSeed = 20260127;
 
 template <class W>
@@ -251,8 +247,8 @@ TEST(WorldRest, VisitsAllObjectsAgainForIslandsWhenContactsCallTheApplication)
 
 TEST(WorldRest, VisitsAllObjectsAgainForIslandsWhenThereAreGhosts)
 {
-    Floor<Rest> floor;
     btGhostPairCallback callback;
+    Floor<Rest> floor;
     floor.stage.world.getPairCache()->setInternalGhostPairCallback(&callback);
     btGhostObject ghost;
     btSphereShape ball(1);
