@@ -16,27 +16,14 @@ namespace
 {
 /// A core's basis that differs more from a rotation is left to Bullet's loop.
 constexpr double kMostDistortion = 1e-3;
-
-Eigen::Matrix3d toEigen(const btMatrix3x3& basis)
-{
-    Eigen::Matrix3d matrix;
-    for (int i = 0; i < 3; ++i)
-        matrix.row(i) << double(basis[i].x()), double(basis[i].y()), double(basis[i].z());
-    return matrix;
-}
-
-Eigen::Vector3d toDouble(const btVector3& v)
-{
-    return {double(v.x()), double(v.y()), double(v.z())};
-}
 }  // namespace
 
 CoreFrame::CoreFrame(const btTransform& core, const btTransform& mesh)
 {
-    turn = toEigen(core.getBasis()).transpose();
+    turn = basisOf(core).cast<double>().transpose();
     distortion = (turn * turn.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().sum();
-    basis = turn * toEigen(mesh.getBasis());
-    origin = turn * (toDouble(mesh.getOrigin()) - toDouble(core.getOrigin()));
+    basis = turn * basisOf(mesh).cast<double>();
+    origin = turn * (toEigen(mesh.getOrigin()).cast<double>() - toEigen(core.getOrigin()).cast<double>());
 }
 
 bool CoreFrame::isUsable() const

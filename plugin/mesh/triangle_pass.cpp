@@ -51,11 +51,6 @@ private:
     bool m_isFirst;
 };
 
-std::optional<PosedShape> coreOf(const btConvexShape& shape, MeshQuery& query, std::uint64_t pass)
-{
-    return poseShape(shape, convexKindOf(shape), btTransform::getIdentity(), query.hull, pass);
-}
-
 Eigen::Vector3d toDouble(const std::array<float, 3>& v)
 {
     return {double(v[0]), double(v[1]), double(v[2])};
@@ -69,31 +64,24 @@ TrianglePass::TrianglePass(IsaGjkRegistration& isaGjk, MeshQuery& query,
       m_query(query),
       m_convex(convex),
       m_mesh(mesh),
+      m_side(*convex.getCollisionShape(), convex.getWorldTransform()),
       m_info(info),
       m_result(result),
       m_frame(convex.getWorldTransform(), mesh.getWorldTransform()),
-      m_core(coreOf(static_cast<const btConvexShape&>(*convex.getCollisionShape()), query, isaGjk.pass())),
-      m_margin(mesh.getCollisionShape()->getMargin())
+      m_core(poseShape(m_side.shape, m_side.kind, btTransform::getIdentity(), query.hull, isaGjk.pass())),
+      m_margin(mesh.getCollisionShape()->getMargin()),
+      m_limit(double(m_side.margin) + double(m_margin) + double(query.manifold.getContactBreakingThreshold()))
 {
-    const auto& shape = static_cast<const btConvexShape&>(*convex.getCollisionShape());
-    m_limit = double(marginOf(shape, convexKindOf(shape))) + double(m_margin) +
-              double(query.manifold.getContactBreakingThreshold());
 }
 
 void TrianglePass::run()
 {
     // The box that Bullet asks for.
     const btTransform inMesh = m_mesh.getWorldTransform().inverse() * m_convex.getWorldTransform();
-    m_convex.getCollisionShape()->getAabb(inMesh, m_boxMin, m_boxMax);
+    m_side.shape.getAabb(inMesh, m_boxMin, m_boxMax);
     const btVector3 margin(m_margin, m_margin, m_margin);
     m_boxMin -= margin;
     m_boxMax += margin;
-    for (int i = 0; i < 3; ++i)
-    {
-        m_high[i] = axisAlong(Eigen::Vector3d::Unit(i)).height;
-        m_low[i] = -axisAlong(-Eigen::Vector3d::Unit(i)).height;
-    }
-    recallAxes();
     m_query.next.clear();
     static_cast<const btConcaveShape*>(m_mesh.getCollisionShape())
         ->processAllTriangles(this, m_boxMin, m_boxMax);
@@ -111,10 +99,26 @@ void TrianglePass::processTriangle(btVector3* corners, int part, int index)
         flush();
 }
 
+/// What all triangles are compared with. Most bodies above a mesh have none in their boxes.
+void TrianglePass::examineCore()
+{
+    m_bounds.emplace();
+    for (int i = 0; i < 3; ++i)
+    {
+        m_bounds->high[i] = axisAlong(Eigen::Vector3d::Unit(i)).height;
+        m_bounds->low[i] = -axisAlong(-Eigen::Vector3d::Unit(i)).height;
+    }
+    recallAxes();
+}
+
 void TrianglePass::flush()
 {
+    if (m_batch.count() == 0)
+        return;
+    if (!m_bounds)
+        examineCore();
     m_batch.place(m_frame, m_limit, m_limit + double(m_core->size()));
-    m_batch.dropOutside(m_low, m_high);
+    m_batch.dropOutside(m_bounds->low, m_bounds->high);
     useAxes();
     unsigned asked = 0;
     for (int i = 0; i < m_batch.count(); ++i)
@@ -150,16 +154,16 @@ const GjkCache<btScalar>* TrianglePass::recall(const TriangleBatch::Triangle& tr
 {
     const std::vector<TriangleMemory>& known = m_query.known;
     // Triangles come in the same order as in the last step, with some more and some fewer.
-    const auto isIt = [&](const TriangleMemory& memory)
-    { return memory.index == triangle.index && memory.part == triangle.part; };
-    const auto likely = known.begin() + static_cast<std::ptrdiff_t>(m_likely);
-    auto found = std::find_if(likely, known.end(), isIt);
-    if (found == known.end())
-        found = std::find_if(known.begin(), likely, isIt);
-    if (found == likely && (likely == known.end() || !isIt(*likely)))
-        return nullptr;
-    m_likely = static_cast<std::size_t>(found - known.begin()) + 1;
-    return &found->search;
+    for (std::size_t i = 0; i < known.size(); ++i)
+    {
+        const std::size_t wrapped = m_likely + i < known.size() ? 0 : known.size();
+        const std::size_t place = m_likely + i - wrapped;
+        if (known[place].index != triangle.index || known[place].part != triangle.part)
+            continue;
+        m_likely = place + 1;
+        return &known[place].search;
+    }
+    return nullptr;
 }
 
 void TrianglePass::remember(const TriangleBatch::Triangle& triangle)

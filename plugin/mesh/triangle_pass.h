@@ -72,6 +72,13 @@ private:
         int dropped = 0;
     };
 
+    /// Bounds of the core in its own frame.
+    struct CoreBounds
+    {
+        Eigen::Vector3d low, high;
+    };
+
+    void examineCore();
     void flush();
     void ask(const TriangleBatch::Triangle& triangle);
     void useAxes();
@@ -85,14 +92,15 @@ private:
     IsaGjkRegistration& m_isaGjk;
     MeshQuery& m_query;
     const btCollisionObjectWrapper &m_convex, &m_mesh;
+    ConvexSide m_side;  ///< of the convex body
     const btDispatcherInfo& m_info;
     btManifoldResult& m_result;
     CoreFrame m_frame;
     std::optional<PosedShape> m_core;  ///< in its own frame
     btScalar m_margin;                 ///< of the mesh
     double m_limit;
-    btVector3 m_boxMin, m_boxMax;   ///< of the convex body, in the mesh's frame
-    Eigen::Vector3d m_low, m_high;  ///< of the core, in its own frame
+    btVector3 m_boxMin, m_boxMax;        ///< of the convex body, in the mesh's frame
+    std::optional<CoreBounds> m_bounds;  ///< known once there are triangles
     std::array<UsedAxis, MeshQuery::kAxes> m_axes;
     std::size_t m_axisCount = 0;
     std::size_t m_likely = 0;  ///< place of the next triangle in what the query knows

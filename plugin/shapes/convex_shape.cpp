@@ -39,15 +39,6 @@ const UnitHulls& unitHulls()
     return *hulls;
 }
 
-Matrix basisOf(const btTransform& transform)
-{
-    const btMatrix3x3& m = transform.getBasis();
-    Matrix basis;
-    for (int row = 0; row < 3; ++row)
-        basis.row(row) << m[row].x(), m[row].y(), m[row].z();
-    return basis;
-}
-
 std::optional<PosedShape> poseTriangle(const btTriangleShape& triangle, const btTransform& transform)
 {
     if (!hasFiniteCorners(triangle))
@@ -105,6 +96,15 @@ PosedShape poseBox(const btBoxShape& box, const btTransform& transform)
     return poseStretched(unitHulls().cube, box.getImplicitShapeDimensions(), transform);
 }
 }  // namespace
+
+Eigen::Matrix<btScalar, 3, 3> basisOf(const btTransform& transform)
+{
+    const btMatrix3x3& m = transform.getBasis();
+    Matrix basis;
+    for (int row = 0; row < 3; ++row)
+        basis.row(row) << m[row].x(), m[row].y(), m[row].z();
+    return basis;
+}
 
 BoxCore thinBoxCore(const btBoxShape& box)
 {

@@ -24,6 +24,9 @@ inline Eigen::Matrix<btScalar, 3, 1> toEigen(const btVector3& v)
     return {v.x(), v.y(), v.z()};
 }
 
+/// The basis of a transform.
+Eigen::Matrix<btScalar, 3, 3> basisOf(const btTransform& transform);
+
 inline btVector3 toBullet(const Eigen::Vector3d& v)
 {
     return btVector3(static_cast<btScalar>(v.x()), static_cast<btScalar>(v.y()),
