@@ -13,21 +13,21 @@ namespace cullet
 {
 inline namespace CULLET_PRECISION
 {
-/// Prefetches bytes [from, to) of an object. `from` and `to` are multiples of 16, and the object is aligned to 16.
-/// Always inlined, since the body is often only two instructions. The object may be null: addresses are computed as
-/// integers, and a prefetch never faults.
+/// Prefetches one byte of an object, which may be null: addresses are computed as integers, and a prefetch never faults.
+/// Always inlined, since GCC takes a call that does nothing but prefetch for one without an effect, and drops it.
+[[gnu::always_inline]] inline void prefetchByte(const void* object, std::size_t at)
+{
+    __builtin_prefetch(reinterpret_cast<const void*>(reinterpret_cast<std::uintptr_t>(object) + at));
+}
+
+/// Prefetches bytes [from, to) of an object, as prefetchByte(). `from` and `to` are multiples of 16, and the object is
+/// aligned to 16.
 [[gnu::always_inline]] inline void prefetchBytes(const void* object, std::size_t from, std::size_t to)
 {
-    // GCC takes a call that does nothing but prefetch for one without an effect, and drops it.
-    const auto prefetch = [begin = reinterpret_cast<std::uintptr_t>(object)](std::size_t at)
-        __attribute__((always_inline))
-    {
-        __builtin_prefetch(reinterpret_cast<const void*>(begin + at));
-    };
-    prefetch(from);
+    prefetchByte(object, from);
     for (std::size_t at = from + 64; at + 16 < to; at += 64)
-        prefetch(at);
-    prefetch(to - 1);
+        prefetchByte(object, at);
+    prefetchByte(object, to - 1);
 }
 
 /// Prefetches transform, shape and state of a btCollisionObject: the transform is at its beginning, the others follow

@@ -8,7 +8,6 @@
 #include <BulletCollision/NarrowPhaseCollision/btPersistentManifold.h>
 
 #include <cstddef>
-#include <cstdint>
 
 namespace cullet
 {
@@ -20,12 +19,6 @@ inline constexpr int kPrefetchDistance = 8;
 /// Where the flags of an object are, which its marks and its activation state follow.
 inline constexpr std::size_t kFlags = sizeof(void*) + 2 * sizeof(btTransform) + 3 * sizeof(btVector3) +
                                       2 * sizeof(btScalar) + 4 * sizeof(void*);
-
-/// Prefetches one byte of an object, which may be null, as for prefetchBytes().
-[[gnu::always_inline]] inline void prefetchByte(const void* object, std::size_t at)
-{
-    __builtin_prefetch(reinterpret_cast<const void*>(reinterpret_cast<std::uintptr_t>(object) + at));
-}
 
 /// Prefetches flags, island and activation state of an object, which lie side by side.
 [[gnu::always_inline]] inline void prefetchState(const void* object)
