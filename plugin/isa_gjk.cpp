@@ -79,6 +79,17 @@ constexpr int kMeshConcaveTypes[] = {TRIANGLE_MESH_SHAPE_PROXYTYPE, SCALED_TRIAN
                                      TERRAIN_SHAPE_PROXYTYPE, MULTIMATERIAL_TRIANGLE_MESH_PROXYTYPE,
                                      FAST_CONCAVE_MESH_PROXYTYPE};
 
+/// Calls call(convex type, concave type) for each pair of these.
+template <class Call>
+void forEachMeshPair(const Call& call)
+{
+    for (const int convex : kMeshConvexTypes)
+    {
+        for (const int concave : kMeshConcaveTypes)
+            call(convex, concave);
+    }
+}
+
 /// Whether the configuration has Bullet's own loop over triangles for a pair of types.
 bool hasBulletsLoop(btCollisionConfiguration& configuration, int typeA, int typeB)
 {
@@ -150,29 +161,25 @@ void IsaGjkRegistration::registerWith(btCollisionDispatcher& dispatcher)
 void IsaGjkRegistration::registerMeshes(btCollisionDispatcher& dispatcher)
 {
     btCollisionConfiguration& configuration = *dispatcher.getCollisionConfiguration();
-    for (const int convex : kMeshConvexTypes)
-    {
-        for (const int concave : kMeshConcaveTypes)
+    forEachMeshPair(
+        [&](int convex, int concave)
         {
             if (hasBulletsLoop(configuration, convex, concave))
                 dispatcher.registerCollisionCreateFunc(convex, concave, &m_meshes);
             if (hasBulletsLoop(configuration, concave, convex))
                 dispatcher.registerCollisionCreateFunc(concave, convex, &m_swappedMeshes);
-        }
-    }
+        });
 }
 
 void IsaGjkRegistration::giveBackMeshes()
 {
     btCollisionConfiguration& configuration = *m_dispatcher->getCollisionConfiguration();
-    for (const int convex : kMeshConvexTypes)
-    {
-        for (const int concave : kMeshConcaveTypes)
+    forEachMeshPair(
+        [&](int convex, int concave)
         {
             giveBack(convex, concave, *m_dispatcher, configuration);
             giveBack(concave, convex, *m_dispatcher, configuration);
-        }
-    }
+        });
 }
 
 bool IsaGjkRegistration::isOfMesh(const btCollisionAlgorithm& algorithm)
