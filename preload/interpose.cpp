@@ -10,6 +10,7 @@
 // the names.
 
 #include "cullet/preload/bullet_library.h"
+#include "cullet/preload/exported.h"
 #include "cullet/preload/message.h"
 #include "cullet/preload/tree_users.h"
 
@@ -19,9 +20,6 @@
 #pragma GCC visibility push(default)
 #include <BulletCollision/BroadphaseCollision/btDbvtBroadphase.h>
 #pragma GCC visibility pop
-
-#define CULLET_EXPORT extern "C" __attribute__((visibility("default")))
-#define CULLET_CALLER __builtin_return_address(0)
 
 namespace
 {

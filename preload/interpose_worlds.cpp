@@ -6,9 +6,7 @@
 // bit.
 
 #include "cullet/preload/bullet_library.h"
-
-#define CULLET_EXPORT extern "C" __attribute__((visibility("default")))
-#define CULLET_CALLER __builtin_return_address(0)
+#include "cullet/preload/exported.h"
 
 namespace
 {
