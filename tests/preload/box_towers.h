@@ -3,6 +3,7 @@
 #pragma once
 
 #include "cullet/tests/plugin/body_hash.h"
+#include "cullet/tests/preload/plain_bodies.h"
 
 #include <btBulletDynamicsCommon.h>
 
@@ -24,11 +25,11 @@ public:
         for (int corner = 0; corner < 8; ++corner)
             m_hull.addPoint(btVector3(corner & 1 ? m_half : -m_half, corner & 2 ? m_half : -m_half,
                                       corner & 4 ? m_half : -m_half));
-        add(m_ground, 0, btVector3(0, 0, 0));
+        addPlainBody(m_world, m_bodies, m_ground, 0, btVector3(0, 0, 0));
         for (int i = 0; i < 36; ++i)
-            add(i % 2 ? static_cast<btCollisionShape&>(m_hull) : m_box, 1,
-                btVector3(btScalar(3 * (i % 4)), btScalar(0.75 + 1.25 * (i / 12)),
-                          btScalar(3 * (i / 4 % 3))));
+            addPlainBody(m_world, m_bodies, i % 2 ? static_cast<btCollisionShape&>(m_hull) : m_box, 1,
+                         btVector3(btScalar(3 * (i % 4)), btScalar(0.75 + 1.25 * (i / 12)),
+                                   btScalar(3 * (i / 4 % 3))));
     }
     ~BoxTowers()
     {
@@ -57,19 +58,6 @@ public:
     }
 
 private:
-    void add(btCollisionShape& shape, btScalar mass, const btVector3& at)
-    {
-        btVector3 inertia(0, 0, 0);
-        if (mass > 0)
-            shape.calculateLocalInertia(mass, inertia);
-        m_bodies.push_back(std::make_unique<btRigidBody>(mass, nullptr, &shape, inertia));
-        // Not getIdentity(): its static variable is unique in the process, and plug-ins of both precisions would share
-        // it.
-        m_bodies.back()->setWorldTransform(btTransform(btQuaternion(0, 0, 0, 1), at));
-        m_bodies.back()->setInterpolationWorldTransform(m_bodies.back()->getWorldTransform());
-        m_world.addRigidBody(m_bodies.back().get());
-    }
-
     int touching()
     {
         int count = 0;
@@ -97,6 +85,6 @@ private:
     btConvexHullShape m_hull;
     btSequentialImpulseConstraintSolver m_solver;
     btDiscreteDynamicsWorld m_world;
-    std::vector<std::unique_ptr<btRigidBody>> m_bodies;
+    PlainBodies m_bodies;
 };
 }  // namespace cullet::test

@@ -5,6 +5,7 @@
 // boxes.
 
 #include "cullet/tests/plugin/body_hash.h"
+#include "cullet/tests/preload/plain_bodies.h"
 
 #include <BulletDynamics/Dynamics/btDiscreteDynamicsWorldMt.h>
 #include <BulletDynamics/Dynamics/btSimpleDynamicsWorld.h>
@@ -63,11 +64,11 @@ public:
     explicit Towers(btDynamicsWorld& world, int count) : m_world(world)
     {
         world.setGravity(btVector3(0, -10, 0));
-        add(m_ground, 0, btVector3(0, 0, 0));
+        addPlainBody(m_world, m_bodies, m_ground, 0, btVector3(0, 0, 0));
         for (int i = 0; i < count; ++i)
-            add(m_box, 1,
-                btVector3(btScalar(2 * (i / 2 % 40)), btScalar(0.75 + 1.25 * (i % 2)),
-                          btScalar(2 * (i / 80))));
+            addPlainBody(m_world, m_bodies, m_box, 1,
+                         btVector3(btScalar(2 * (i / 2 % 40)), btScalar(0.75 + 1.25 * (i % 2)),
+                                   btScalar(2 * (i / 80))));
     }
     ~Towers()
     {
@@ -88,21 +89,10 @@ public:
     }
 
 private:
-    void add(btCollisionShape& shape, btScalar mass, const btVector3& at)
-    {
-        btVector3 inertia(0, 0, 0);
-        if (mass > 0)
-            shape.calculateLocalInertia(mass, inertia);
-        m_bodies.push_back(std::make_unique<btRigidBody>(mass, nullptr, &shape, inertia));
-        m_bodies.back()->setWorldTransform(btTransform(btQuaternion(0, 0, 0, 1), at));
-        m_bodies.back()->setInterpolationWorldTransform(m_bodies.back()->getWorldTransform());
-        m_world.addRigidBody(m_bodies.back().get());
-    }
-
     btDynamicsWorld& m_world;
     btStaticPlaneShape m_ground{btVector3(0, 1, 0), 0};
     btBoxShape m_box{btVector3(btScalar(0.5), btScalar(0.5), btScalar(0.5))};
-    std::vector<std::unique_ptr<btRigidBody>> m_bodies;
+    PlainBodies m_bodies;
 };
 
 int g_boxes = 600;
