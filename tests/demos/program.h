@@ -9,10 +9,12 @@
 #include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <sstream>
 #include <string>
 #include <sys/wait.h>
 #include <unistd.h>
+#include <vector>
 
 namespace cullet
 {
@@ -69,6 +71,24 @@ inline nlohmann::json runForJson(const std::string& arguments, Outcome* outcome 
     const std::string text = readText(path);
     std::remove(path.c_str());
     return nlohmann::json::parse(text, nullptr, false);
+}
+
+/// Expects one hash in all rows that have the same texts in some columns.
+///
+/// @return the number of different texts
+inline std::size_t expectOneHashFor(const std::vector<std::string>& columns, const nlohmann::json& rows)
+{
+    std::map<std::string, std::set<std::string>> hashes;
+    for (const nlohmann::json& row : rows)
+    {
+        std::string texts;
+        for (const std::string& column : columns)
+            texts += row[column].get<std::string>();
+        hashes[texts].insert(row["hash"].get<std::string>());
+    }
+    for (const auto& [texts, found] : hashes)
+        EXPECT_EQ(found.size(), 1u) << texts;
+    return hashes.size();
 }
 
 /// Spans of a Chrome trace by "NAME LANE", and 1 for the name of each lane.

@@ -47,7 +47,6 @@ TEST_F(BenchCommand, FindsExactPairsWithManyBackendsInManyScenes)
         &outcome);
     ASSERT_EQ(outcome.code, 0) << outcome.output << outcome.errors;
     ASSERT_EQ(document["rows"].size(), 15u * 7u);
-    std::map<std::string, std::set<std::string>> hashes;
     for (const json& row : document["rows"])
     {
         expectColumns(row);
@@ -56,10 +55,8 @@ TEST_F(BenchCommand, FindsExactPairsWithManyBackendsInManyScenes)
         EXPECT_EQ(row["checked_against"], "exact");
         EXPECT_EQ(row["checks"], 3);
         EXPECT_EQ(row["frames"], 3);
-        hashes[row["scene"]].insert(row["hash"].get<std::string>());
     }
-    for (const auto& [scene, found] : hashes)
-        EXPECT_EQ(found.size(), 1u) << scene;
+    expectOneHashFor({"scene"}, document["rows"]);
 }
 
 TEST_F(BenchCommand, FindsSamePairsWithEveryAblationBackendAndCountsTests)
@@ -135,18 +132,15 @@ TEST_F(BenchCommand, FindsSamePairsWithOtherLibrariesOrNamesMissingOnes)
     const json document = runForJson(
         "bench broad --scene W1,W2,W5 --bodies 300 --backend grid,rivals --frames 3 --warmup 1", &outcome);
     ASSERT_EQ(outcome.code, 0) << outcome.output << outcome.errors;
-    std::map<std::string, std::set<std::string>> hashes;
     std::set<std::string> measured;
     for (const json& row : document["rows"])
     {
         expectColumns(row);
         EXPECT_EQ(row["wrong_checks"], 0) << row.dump();
         EXPECT_GT(row["pairs"], 0);
-        hashes[row["scene"]].insert(row["hash"].get<std::string>());
         measured.insert(row["backend"].get<std::string>());
     }
-    for (const auto& [scene, found] : hashes)
-        EXPECT_EQ(found.size(), 1u) << scene;
+    expectOneHashFor({"scene"}, document["rows"]);
     for (const char* rival : {"fcl-tree", "coal-tree", "ode-hash", "cgal", "embree"})
     {
         if (measured.count(rival) != 0)
@@ -255,17 +249,12 @@ TEST_F(BenchCommand, HitsSameBodiesInQueriesOfGridAndDbvt)
         runForJson("bench broad --scene queries --bodies 400 --backend grid,dbvt --queries 300", &outcome);
     ASSERT_EQ(outcome.code, 0) << outcome.errors;
     ASSERT_EQ(document["rows"].size(), 12u) << "rays, boxes and sweeps, at rest and moving, two backends";
-    std::map<std::string, std::set<std::string>> hashes;
     for (const json& row : document["rows"])
     {
         EXPECT_GT(row["hits"], 0) << row.dump();
         EXPECT_GE(row["reported"], row["hits"]);
-        hashes[row["benchmark"].get<std::string>() + row["scene"].get<std::string>()].insert(
-            row["hash"].get<std::string>());
     }
-    EXPECT_EQ(hashes.size(), 6u);
-    for (const auto& [name, found] : hashes)
-        EXPECT_EQ(found.size(), 1u) << name;
+    EXPECT_EQ(expectOneHashFor({"benchmark", "scene"}, document["rows"]), 6u);
 }
 
 TEST_F(BenchCommand, TracesTheFramesOfEachBackend)
