@@ -17,7 +17,7 @@ inline namespace CULLET_PRECISION
 /// them later.
 ///
 /// The list runs through the manifolds, so that recording needs no memory: destructors release manifolds, and must not
-/// fail. Nobody reads the companion ids of a manifold before its creation is repeated, nor its bodies after its release.
+/// fail. No code reads the companion ids of a manifold before its creation is repeated, nor its bodies after its release.
 class ManifoldRecord
 {
 public:

@@ -124,7 +124,7 @@ private:
 };
 
 /// A lattice of spinning hulls without gravity. The spheres around them leave a gap of both margins, so that narrow
-/// phases look at all pairs of neighbours, and nothing pushes.
+/// phases test all pairs of neighbours, and nothing pushes.
 class FreeHullsWorld : public WorldScene
 {
 public:

@@ -27,7 +27,7 @@ std::unique_ptr<WorldScene> makeTerrainScene(const std::string& name, NamedBroad
 
 /// Scene "free-hulls": random hulls of 64 vertices, eight different ones, spin by 0.5 to 2 rad/s in a lattice without
 /// gravity. The spheres of diameter 1 that hold them are two of Bullet's margins apart, so that boxes of neighbours
-/// overlap, narrow phases look at them, and the solver has next to nothing to do.
+/// overlap, narrow phases test them, and the solver has next to nothing to do.
 std::unique_ptr<WorldScene> makeFreeHullsScene(const std::string& name, NamedBroadphase broadphase,
                                                const WorldSceneOptions& options);
 }  // namespace CULLET_PRECISION

@@ -329,7 +329,7 @@ TEST_P(BackendExtremes, FindsNoPairsOfFreeRowsBetweenOldAndNewOnes)
     for (std::uint32_t row = 0; row < kFew; ++row)
         create(row, cube(-1, static_cast<float>(row)));
     EXPECT_EQ(update(kFew).size(), kFew * (kFew - 1) / 2);
-    // Nobody names the rows between, which were never used.
+    // No update names the rows between, which were never used.
     create(kMany - 1, cube(-0.5f, 0.5f));
     const Pairs expected = {{1, kMany}, {2, kMany}, {3, kMany}, {4, kMany}};
     EXPECT_EQ(update(kMany), expected);

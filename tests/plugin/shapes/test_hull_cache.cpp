@@ -355,7 +355,7 @@ TEST(HullCache, BuildsNoGraphOfAShapeThatIsDeforming)
     EXPECT_EQ(use.graphOf(*shape, 0)->kind(), HullKind::Solid);
 }
 
-TEST(HullCache, RemembersThatAShapeIsDeformingWhileNobodyUsesIt)
+TEST(HullCache, RemembersThatAShapeIsDeformingWhileNoPairUsesIt)
 {
     const auto shape = makeHullShape(ballPoints(30, 0.5, 15)), other = makeHullShape(ballPoints(30, 0.5, 16));
     setDeforming(*shape);
