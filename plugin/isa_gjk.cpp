@@ -13,6 +13,7 @@
 
 #include <BulletCollision/CollisionDispatch/btCollisionConfiguration.h>
 #include <BulletCollision/CollisionDispatch/btConvexConcaveCollisionAlgorithm.h>
+#include <BulletCollision/CollisionDispatch/btSphereTriangleCollisionAlgorithm.h>
 
 #include <algorithm>
 #include <cstdio>
@@ -74,7 +75,7 @@ void giveBack(int typeA, int typeB, btCollisionDispatcher& dispatcher,
 
 /// The convex types whose loop over triangles MeshAlgorithm takes over, and the concave types whose triangles it reads.
 constexpr int kMeshConvexTypes[] = {CONVEX_HULL_SHAPE_PROXYTYPE, BOX_SHAPE_PROXYTYPE,
-                                    CAPSULE_SHAPE_PROXYTYPE};
+                                    CAPSULE_SHAPE_PROXYTYPE, SPHERE_SHAPE_PROXYTYPE};
 constexpr int kMeshConcaveTypes[] = {TRIANGLE_MESH_SHAPE_PROXYTYPE, SCALED_TRIANGLE_MESH_SHAPE_PROXYTYPE,
                                      TERRAIN_SHAPE_PROXYTYPE, MULTIMATERIAL_TRIANGLE_MESH_PROXYTYPE,
                                      FAST_CONCAVE_MESH_PROXYTYPE};
@@ -189,7 +190,11 @@ bool IsaGjkRegistration::isOfMesh(const btCollisionAlgorithm& algorithm)
 
 bool IsaGjkRegistration::answersTriangles(int convexType) const
 {
-    return Table::of(*m_dispatcher, convexType, TRIANGLE_SHAPE_PROXYTYPE) == &m_contactPoints;
+    const btCollisionAlgorithmCreateFunc* const create =
+        Table::of(*m_dispatcher, convexType, TRIANGLE_SHAPE_PROXYTYPE);
+    return convexType == SPHERE_SHAPE_PROXYTYPE
+               ? isExactly<btSphereTriangleCollisionAlgorithm::CreateFunc>(*create)
+               : create == &m_contactPoints;
 }
 
 btCollisionAlgorithm* IsaGjkRegistration::MeshCreateFunc::CreateCollisionAlgorithm(

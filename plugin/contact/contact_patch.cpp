@@ -452,12 +452,28 @@ bool isOnlyTouch(const PosedShape& a, const PosedShape& b, const Touch& touch, d
     return isStrictSupport(a, touch.vertexA, -normal, range) &&
            isStrictSupport(b, touch.vertexB, normal, range);
 }
+
+/// Whether a triangle touches at a corner only, from which both edges lead down steeply: then all of it does.
+bool isSteepCorner(const PosedShape& shape, std::int32_t vertex, const Vector3d& outward)
+{
+    if (shape.hull().kind() != HullKind::Polygon || shape.vertexCount() != 3 || vertex < 0)
+        return false;
+    const Vector3d corner = shape.point(vertex);
+    return isSteep(shape.point((vertex + 1) % 3) - corner, outward) &&
+           isSteep(shape.point((vertex + 2) % 3) - corner, outward);
+}
 }  // namespace
+
+bool isTouchAlone(const PosedShape& a, const PosedShape& b, const Touch& touch, double limit)
+{
+    return isSteepCorner(b, touch.vertexB, touch.normal) || isSteepCorner(a, touch.vertexA, -touch.normal) ||
+           isOnlyTouch(a, b, touch, limit);
+}
 
 ContactPatch makeContactPatch(const PosedShape& a, const PosedShape& b, const Touch& touch,
                               const PatchLimits& limits, const PatchFans& fans)
 {
-    if (limits.most == 1 || isOnlyTouch(a, b, touch, limits.distance))
+    if (limits.most == 1 || isTouchAlone(a, b, touch, limits.distance))
         return {{{{btVector3(0, 0, 0), static_cast<btScalar>(touch.distance)}}}, 1};
     ContactFrame frame(touch.normal);
     PatchBuilder builder(touch, frame, limits);

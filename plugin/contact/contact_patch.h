@@ -23,6 +23,17 @@ struct Touch
     bool areCorners = false;    ///< the closest points are the support vertices
 };
 
+/// Whether a way leads down from a touch so steeply that no point on it carries the contact, unless it is a few times as
+/// close as points that the manifold merges.
+///
+/// @param up unit
+inline bool isSteep(const Eigen::Vector3d& way, const Eigen::Vector3d& up)
+{
+    constexpr double kSteep = 0.02;
+    const double down = -up.dot(way);
+    return down > 0.0 && down * down > kSteep * kSteep * (way.squaredNorm() - down * down);
+}
+
 struct ContactPoint
 {
     btVector3 fromTouch;  ///< from the touch's point of B to a point of B; world axes
@@ -50,6 +61,10 @@ struct PatchFans
     const VertexFan<btScalar>* a = nullptr;
     const VertexFan<btScalar>* b = nullptr;
 };
+
+/// Whether a patch would have no other point than the touch: a triangle touches at a corner from which both of its edges
+/// are steep, or two vertices touch and the distance grows beyond a limit along every edge.
+bool isTouchAlone(const PosedShape& a, const PosedShape& b, const Touch& touch, double limit);
 
 /// Selects the points that support the contact, among those where the cores are within a limit of each other along the
 /// normal: the deepest (up to a thousandth of its difference to the limit) and points around it, up to the number in

@@ -100,6 +100,7 @@ struct ConvexPair
           b(*objectB.getCollisionShape(), objectB.getWorldTransform())
     {
     }
+    ConvexPair(const ConvexSide& sideA, const ConvexSide& sideB) : a(sideA), b(sideB) {}
 
     btScalar margins() const { return a.margin + b.margin; }
     /// Two bodies share one hull shape, so its points must be compared with the cached ones only once.
@@ -131,6 +132,9 @@ struct ConvexCores
         if (pair.a.kind == ConvexKind::Triangle || pair.b.kind == ConvexKind::Triangle)
             placeFromAnchor(pair);
     }
+
+    /// @param core of A; B follows
+    explicit ConvexCores(const std::optional<PosedShape>& core) : a(core) {}
 
     /// False if the core of a polytope is missing.
     bool haveCores(const ConvexPair& pair) const

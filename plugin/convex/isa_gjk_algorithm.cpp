@@ -2,12 +2,12 @@
 // SPDX-License-Identifier: Zlib
 #include "cullet/plugin/convex/isa_gjk_algorithm.h"
 
-#include "cullet/narrow/gjk/isa_gjk.h"
 #include "cullet/plugin/contact/contact_patch.h"
 #include "cullet/plugin/contact/manifold_renewal.h"
 #include "cullet/plugin/convex/contact_search.h"
 #include "cullet/plugin/convex/convex_pair.h"
 #include "cullet/plugin/convex/manifold_record.h"
+#include "cullet/plugin/convex/settled_search.h"
 #include "cullet/plugin/core/dynamic_type.h"
 
 #include <BulletCollision/NarrowPhaseCollision/btPersistentManifold.h>
@@ -380,74 +380,18 @@ bool IsaGjkAlgorithm::collide(const ConvexPair& pair, const btDispatcherInfo& in
     return true;
 }
 
-/// Distance or depth of two polytopes, determined by shapes and poses alone. Cached state only selects the start of the
-/// search; the result is used if every start leads to it. Otherwise a search from scratch follows, and for hulls without
-/// graphs a third one, after their graphs were built.
-///
-/// @param failed see isaGjk()
-/// @param touch  [out] valid for Near and Overlapping
+/// See searchSettled().
 GjkState IsaGjkAlgorithm::search(const ConvexPair& pair, ConvexCores& cores, btScalar limit,
                                  const AxisTest<btScalar>& failed, std::uint64_t pass, Touch& touch)
 {
     // The algorithm of a mesh's triangle exists for one query only.
     const bool isPersistentPair = pair.a.kind != ConvexKind::Triangle && pair.b.kind != ConvexKind::Triangle;
-    const bool wasNear = m_cache.state == GjkState::Near || m_cache.state == GjkState::Overlapping;
-    // If the last result depended on its start, this one probably does too.
-    if (wasNear && !m_isSettled)
-        forget();
-    bool isColdStart =
-        m_cache.state == GjkState::NotConverged && !remembersAxis(m_cache) && m_epaCache.vertexCount == 0;
-    bool mayBuild = cores.hasCloud();
-    AxisTest<btScalar> test = failed;
-    for (;;)
-    {
-        const btScalar paddedLimit = padLimit(pair, cores, limit);
-        ContactSearchResult found = {GjkState::Near, false};
-        if (isColdStart || !wasNear)
-            found.state = testSeparation(pair, cores, paddedLimit, test, m_cache);
-        found.isSettled = found.state == GjkState::Separated;
-        if (found.state == GjkState::Near || found.state == GjkState::Overlapping)
-            found = measure(cores, limit, paddedLimit, m_cache, isPersistentPair ? &m_epaCache : nullptr,
-                            touch, m_isaGjk.counters().exact);
-        m_isSettled = found.isSettled;
-        const bool isDone = m_isSettled && (!mayBuild || found.state == GjkState::Separated ||
-                                            findsFaces(cores, touch) || !cores.mayBuildGraphs(pair, m_hulls));
-        if (isDone && mayBuild && found.state != GjkState::Separated)
-            countContact();
-        if (isDone || (isColdStart && !mayBuild))
-            return found.state;
-        // A search from scratch is often settled where one from the features of edited points is not.
-        const bool needsGraph = mayBuild && (isColdStart || m_isSettled);
-        if (needsGraph && !cores.buildGraphs(pair, m_hulls, pass))
-            return GjkState::NotConverged;
-        mayBuild = mayBuild && !needsGraph;
-        forget();
-        test = AxisTest<btScalar>();
-        isColdStart = true;
-    }
-}
-
-/// Whether a patch can be made from the faces around the support vertices of hulls without graphs. If not, the faces
-/// that were found are forgotten.
-bool IsaGjkAlgorithm::findsFaces(ConvexCores& cores, const Touch& touch) const
-{
-    if (m_closestOnly || m_isaGjk.options().patchPoints == 1 ||
-        cores.findFans(touch.normal, touch.vertexA, touch.vertexB))
-        return true;
-    cores.forgetFans();
-    return false;
-}
-
-void IsaGjkAlgorithm::countContact() noexcept
-{
-    for (HullUse& use : m_hulls)
-        use.countContact();
-}
-
-void IsaGjkAlgorithm::forget()
-{
-    m_cache = GjkCache<btScalar>();
-    m_epaCache.vertexCount = 0;
+    const bool makesPatch = !m_closestOnly && m_isaGjk.options().patchPoints > 1;
+    const SearchSetup setup = {
+        pair, m_hulls, pass, isPersistentPair ? &m_epaCache : nullptr, makesPatch, m_isaGjk.counters().exact};
+    const ContactSearchResult found = searchSettled(setup, cores, limit, failed, m_isSettled, m_cache, touch);
+    m_isSettled = found.isSettled;
+    return found.state;
 }
 
 void IsaGjkAlgorithm::runBulletAlgorithm(const ConvexPair& pair, const btDispatcherInfo& info,

@@ -83,18 +83,6 @@ public:
     /// Reads bodies and shapes and writes to this object only: safe to run for different pairs at the same time.
     bool isIdle(const btCollisionObject& a, const btCollisionObject& b);
 
-    /// Where the last search ended, as a guess about the next one.
-    const GjkCache<btScalar>& lastSearch() const { return m_cache; }
-    /// Whether its result did not depend on where it began.
-    bool isSettled() const { return m_isSettled; }
-    /// The next search begins where one has ended that was settled.
-    void beginAt(const GjkCache<btScalar>& search)
-    {
-        m_cache = search;
-        m_epaCache.vertexCount = 0;
-        m_isSettled = true;
-    }
-
 private:
     void touch() noexcept;
     void untrack() noexcept;
@@ -122,9 +110,6 @@ private:
                         btManifoldResult& result, bool& isReporting);
     GjkState search(const ConvexPair& pair, ConvexCores& cores, btScalar limit,
                     const AxisTest<btScalar>& failed, std::uint64_t pass, Touch& touch);
-    bool findsFaces(ConvexCores& cores, const Touch& touch) const;
-    void countContact() noexcept;
-    void forget();
     void refresh(btManifoldResult& result);
     void report(const ConvexPair& pair, const ConvexCores& cores, const Touch& touch, btScalar extraDistance,
                 btManifoldResult& result);

@@ -21,7 +21,8 @@ namespace
 {
 bool hasKnownCore(ConvexKind kind)
 {
-    return kind == ConvexKind::Hull || kind == ConvexKind::Box || kind == ConvexKind::Capsule;
+    return kind == ConvexKind::Hull || kind == ConvexKind::Box || kind == ConvexKind::Capsule ||
+           kind == ConvexKind::Sphere;
 }
 
 btPersistentManifold* manifoldOf(btCollisionAlgorithm& algorithm)
@@ -51,19 +52,19 @@ bool MeshAlgorithm::canAsk(const btCollisionShape& convex, const btCollisionShap
     return convex.isConvex() && mesh.isConcave() && mesh.getShapeType() != SDF_SHAPE_PROXYTYPE &&
            hasKnownCore(convexKindOf(static_cast<const btConvexShape&>(convex))) &&
            isExactly<btManifoldResult>(result) && result.m_closestPointDistanceThreshold == 0 &&
-           m_isaGjk.answersTriangles(convex.getShapeType());
+           m_isaGjk.answersTriangles(convex.getShapeType()) &&
+           m_isaGjk.stock().m_numPerturbationIterations == 0;
 }
 
 /// @return null if out of memory
-MeshQuery* MeshAlgorithm::query(const btCollisionObjectWrapper& convex, const btCollisionObjectWrapper& mesh)
+MeshQuery* MeshAlgorithm::query()
 {
     if (m_query)
         return m_query.get();
     btPersistentManifold* const manifold = manifoldOf(*this);
     if (manifold == nullptr)
         return nullptr;
-    const btCollisionAlgorithmConstructionInfo info(m_dispatcher, 0);
-    m_query.reset(new (std::nothrow) MeshQuery(m_isaGjk, *manifold, info, convex, mesh));
+    m_query.reset(new (std::nothrow) MeshQuery(*manifold));
     return m_query.get();
 }
 
@@ -71,12 +72,11 @@ void MeshAlgorithm::processCollision(const btCollisionObjectWrapper* a, const bt
                                      const btDispatcherInfo& info, btManifoldResult* result)
 {
     const btCollisionObjectWrapper &convex = m_isSwapped ? *b : *a, &mesh = m_isSwapped ? *a : *b;
-    MeshQuery* const asked = canAsk(*convex.getCollisionShape(), *mesh.getCollisionShape(), *result)
-                                 ? query(convex, mesh)
-                                 : nullptr;
+    MeshQuery* const asked =
+        canAsk(*convex.getCollisionShape(), *mesh.getCollisionShape(), *result) ? query() : nullptr;
     if (asked == nullptr)
         return btConvexConcaveCollisionAlgorithm::processCollision(a, b, info, result);
-    TrianglePass pass(m_isaGjk, *asked, convex, mesh, info, *result);
+    TrianglePass pass(m_isaGjk, *asked, convex, mesh, *m_dispatcher, info, *result);
     if (!pass.isPossible())
         return btConvexConcaveCollisionAlgorithm::processCollision(a, b, info, result);
 

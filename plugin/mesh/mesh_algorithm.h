@@ -42,7 +42,7 @@ public:
 private:
     bool canAsk(const btCollisionShape& convex, const btCollisionShape& mesh,
                 const btManifoldResult& result) const;
-    MeshQuery* query(const btCollisionObjectWrapper& convex, const btCollisionObjectWrapper& mesh);
+    MeshQuery* query();
 
     bool m_isSwapped;
     IsaGjkRegistration& m_isaGjk;

@@ -15,21 +15,42 @@ namespace cullet
 {
 inline namespace CULLET_PRECISION
 {
-/// A linear map into the frame of a convex core, in double: distances there are those of the world up to a relative
-/// error.
-struct CoreFrame
+/// The frame of a convex core: a rotation of the world around the core's origin, in double, so that distances are those
+/// of the world.
+///
+/// The basis of a body is a rotation up to rounding only. The frame's is the nearest rotation, and the rest is part of the
+/// core.
+class CoreFrame
 {
+public:
     /// @param core  the convex body's transform
     /// @param mesh  the mesh's
     CoreFrame(const btTransform& core, const btTransform& mesh);
 
-    /// Whether the core's basis is a rotation up to rounding, and no number is infinite or NaN.
-    bool isUsable() const;
+    /// Whether the core's basis is nearly a rotation, and no number is infinite or NaN.
+    bool isUsable() const { return m_isUsable; }
 
-    Eigen::Matrix3d basis;   ///< of the mesh
-    Eigen::Vector3d origin;  ///< of the mesh
-    Eigen::Matrix3d turn;    ///< from the world's axes
-    double distortion;       ///< bound of the relative error of distances
+    const Eigen::Matrix3d& meshBasis() const { return m_meshBasis; }
+    const Eigen::Vector3d& meshOrigin() const { return m_meshOrigin; }
+    /// The transform of the core: nearly the identity.
+    btTransform coreBasis() const;
+
+    /// A point of the mesh in this frame.
+    Eigen::Vector3d ofMesh(const btVector3& point) const
+    {
+        return m_meshBasis * Eigen::Vector3d(double(point.x()), double(point.y()), double(point.z())) +
+               m_meshOrigin;
+    }
+
+    btVector3 toWorld(const Eigen::Vector3d& point) const;
+    btVector3 turnedToWorld(const Eigen::Vector3d& direction) const;
+
+private:
+    Eigen::Matrix3d m_axes;  ///< of the frame, as columns, in the world
+    Eigen::Vector3d m_origin;
+    Eigen::Matrix3d m_coreBasis, m_meshBasis;
+    Eigen::Vector3d m_meshOrigin;
+    bool m_isUsable;
 };
 
 /// An axis that may separate a core from triangles, in the core's frame.
@@ -37,6 +58,12 @@ struct CoreAxis
 {
     Eigen::Vector3d direction;  ///< unit, from the core to the triangles
     double height;              ///< the largest product of a point of the core with the direction
+};
+
+/// Bounds of a core in its own frame.
+struct CoreBounds
+{
+    Eigen::Vector3d low, high;
 };
 
 /// Some triangles of a mesh in the order in which the mesh names them, and which of them may be near a convex core.
@@ -47,6 +74,13 @@ class TriangleBatch
 public:
     static constexpr int kCapacity = 32;
 
+    /// As the mesh has it.
+    struct Triangle
+    {
+        btVector3 corners[3];
+        int part, index;
+    };
+
     int count() const { return m_count; }
     bool isFull() const { return m_count == kCapacity; }
     void clear() { m_count = 0; }
@@ -54,21 +88,21 @@ public:
     /// @param corners in the mesh's frame
     void add(const btVector3* corners, int part, int index)
     {
-        Triangle& triangle = m_triangles[static_cast<std::size_t>(m_count++)];
-        for (int i = 0; i < 3; ++i)
-            triangle.corners[i] = corners[i];
-        triangle.part = part;
-        triangle.index = index;
+        const auto place = static_cast<std::size_t>(m_count++);
+        for (int c = 0; c < 3; ++c)
+        {
+            for (int row = 0; row < 3; ++row)
+                m_inMesh[c][row][place] = corners[c][row];
+        }
+        m_ids[place] = {part, index};
     }
 
-    /// Moves the corners to the core's frame. Afterwards all triangles are near.
+    /// Moves the corners to the core's frame and removes what lies outside of the core's bounds by more than the limit.
+    /// Afterwards all triangles are near.
     ///
     /// @param limit the distance of the cores at which there may be a contact
     /// @param size  of the core and the limit together, for a bound of rounding errors
-    void place(const CoreFrame& frame, double limit, double size);
-
-    /// Drops what lies outside of the core's bounds by more than the limit.
-    void dropOutside(const Eigen::Vector3d& low, const Eigen::Vector3d& high);
+    void place(const CoreFrame& frame, const CoreBounds& bounds, double limit, double size);
 
     /// Drops what an axis separates from the core.
     ///
@@ -76,22 +110,56 @@ public:
     /// @return the number of dropped triangles
     int dropBeyond(const CoreAxis& axis, int first);
 
+    /// Drops the triangles after one that touch the core at the same point and nowhere else: it is a corner of both or on
+    /// an edge of both, and the rest of the other triangle leads down from it steeply; see isSteep().
+    ///
+    /// @param normal of the touch, unit, from the triangle to the core
+    /// @param point  of the triangle
+    void dropRepeats(int i, const Eigen::Vector3d& normal, const Eigen::Vector3d& point);
+
+    /// The point within the core's bounds that is closest to the middle of a triangle.
+    Eigen::Vector3d middleWithin(int i, const CoreBounds& bounds) const;
+
+    /// In the core's frame.
+    Eigen::Vector3d corner(int i, int c) const
+    {
+        const auto place = static_cast<std::size_t>(i);
+        return {m_corners[c][0][place], m_corners[c][1][place], m_corners[c][2][place]};
+    }
+
     bool isNear(int i) const { return m_isNear[static_cast<std::size_t>(i)] != 0; }
 
-    struct Triangle
+    Triangle triangle(int i) const
     {
-        btVector3 corners[3];
-        int part, index;
-    };
-    const Triangle& triangle(int i) const { return m_triangles[static_cast<std::size_t>(i)]; }
+        const Id& id = m_ids[static_cast<std::size_t>(i)];
+        return {{inMesh(i, 0), inMesh(i, 1), inMesh(i, 2)}, id.part, id.index};
+    }
 
 private:
     using Lanes = std::array<double, kCapacity>;
 
-    Lanes m_corners[3][3];  ///< [corner][coordinate]
-    Lanes m_reach;          ///< the limit and a bound of rounding errors
+    struct Id
+    {
+        int part, index;
+    };
+
+    btVector3 inMesh(int i, int c) const
+    {
+        const auto place = static_cast<std::size_t>(i);
+        return btVector3(m_inMesh[c][0][place], m_inMesh[c][1][place], m_inMesh[c][2][place]);
+    }
+    void keepWithin(const Lanes& gaps);
+    int findCorner(int i, const btVector3& corner) const;
+    bool repeatsCorner(int i, const btVector3& shared, const Eigen::Vector3d& normal,
+                       const Eigen::Vector3d& point) const;
+    bool repeatsEdge(int i, const btVector3& sharedA, const btVector3& sharedB,
+                     const Eigen::Vector3d& normal) const;
+
+    std::array<btScalar, kCapacity> m_inMesh[3][3];  ///< [corner][coordinate]
+    Lanes m_corners[3][3];                           ///< in the core's frame
+    Lanes m_reach;                                   ///< the limit and a bound of rounding errors
     std::array<std::uint8_t, kCapacity> m_isNear;
-    std::array<Triangle, kCapacity> m_triangles;
+    std::array<Id, kCapacity> m_ids;
     int m_count = 0;
 };
 }  // namespace CULLET_PRECISION

@@ -2,6 +2,9 @@
 // SPDX-License-Identifier: Zlib
 #include "cullet/plugin/mesh/triangle_pass.h"
 
+#include "cullet/plugin/contact/manifold_renewal.h"
+#include "cullet/plugin/mesh/triangle_source.h"
+
 #include <BulletCollision/CollisionShapes/btConcaveShape.h>
 #include <BulletCollision/CollisionShapes/btTriangleShape.h>
 #include <LinearMath/btAabbUtil2.h>
@@ -55,23 +58,50 @@ Eigen::Vector3d toDouble(const std::array<float, 3>& v)
 {
     return {double(v[0]), double(v[1]), double(v[2])};
 }
+
+/// As in Bullet, a sphere touches the triangles themselves.
+btScalar marginOfMesh(const ConvexSide& convex, const btCollisionObjectWrapper& mesh)
+{
+    return convex.kind == ConvexKind::Sphere ? btScalar(0) : mesh.getCollisionShape()->getMargin();
+}
+
+std::array<float, 3> toFloat(const Eigen::Vector3d& v)
+{
+    return {static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2])};
+}
+
+/// Puts a direction of any length into a cache.
+void rememberDirection(const Eigen::Vector3d& direction, GjkCache<btScalar>& cache)
+{
+    const double largest = direction.cwiseAbs().maxCoeff();
+    rememberAxis(Eigen::Vector3d(direction * (largest > 0.0 ? 1.0 / largest : 0.0)), cache);
+}
 }  // namespace
 
 TrianglePass::TrianglePass(IsaGjkRegistration& isaGjk, MeshQuery& query,
                            const btCollisionObjectWrapper& convex, const btCollisionObjectWrapper& mesh,
-                           const btDispatcherInfo& info, btManifoldResult& result)
+                           btDispatcher& dispatcher, const btDispatcherInfo& info, btManifoldResult& result)
     : m_isaGjk(isaGjk),
       m_query(query),
       m_convex(convex),
       m_mesh(mesh),
       m_side(*convex.getCollisionShape(), convex.getWorldTransform()),
+      m_dispatcher(dispatcher),
       m_info(info),
       m_result(result),
       m_frame(convex.getWorldTransform(), mesh.getWorldTransform()),
-      m_core(poseShape(m_side.shape, m_side.kind, btTransform::getIdentity(), query.hull, isaGjk.pass())),
-      m_margin(mesh.getCollisionShape()->getMargin()),
-      m_limit(double(m_side.margin) + double(m_margin) + double(query.manifold.getContactBreakingThreshold()))
+      m_limits{marginOfMesh(m_side, mesh), query.manifold.getContactBreakingThreshold()},
+      m_showsEveryPoint(showsEveryPoint()),
+      m_touches(double(m_limits.breakingThreshold), double(m_limits.breakingThreshold)),
+      m_points(double(m_limits.breakingThreshold), double(m_limits.breakingThreshold))
 {
+}
+
+bool TrianglePass::showsEveryPoint() const
+{
+    const int flags =
+        m_convex.getCollisionObject()->getCollisionFlags() | m_mesh.getCollisionObject()->getCollisionFlags();
+    return gContactAddedCallback != nullptr && (flags & btCollisionObject::CF_CUSTOM_MATERIAL_CALLBACK) != 0;
 }
 
 void TrianglePass::run()
@@ -79,15 +109,17 @@ void TrianglePass::run()
     // The box that Bullet asks for.
     const btTransform inMesh = m_mesh.getWorldTransform().inverse() * m_convex.getWorldTransform();
     m_side.shape.getAabb(inMesh, m_boxMin, m_boxMax);
-    const btVector3 margin(m_margin, m_margin, m_margin);
+    const btScalar meshMargin = m_mesh.getCollisionShape()->getMargin();
+    const btVector3 margin(meshMargin, meshMargin, meshMargin);
     m_boxMin -= margin;
     m_boxMax += margin;
     m_query.next.clear();
-    static_cast<const btConcaveShape*>(m_mesh.getCollisionShape())
-        ->processAllTriangles(this, m_boxMin, m_boxMax);
+    forEachTriangle(*static_cast<const btConcaveShape*>(m_mesh.getCollisionShape()), *this, m_boxMin,
+                    m_boxMax);
     flush();
     storeAxes();
     m_query.known.swap(m_query.next);
+    renewManifold();
 }
 
 void TrianglePass::processTriangle(btVector3* corners, int part, int index)
@@ -100,60 +132,108 @@ void TrianglePass::processTriangle(btVector3* corners, int part, int index)
 }
 
 /// What all triangles are compared with. Most bodies above a mesh have none in their boxes.
-void TrianglePass::examineCore()
+///
+/// @return false for a core without points, or without memory
+bool TrianglePass::examineCore()
 {
-    m_bounds.emplace();
+    m_search.emplace(m_isaGjk, m_side, m_frame, m_query.hulls, m_limits);
+    if (!m_search->isPossible())
+        return false;
     for (int i = 0; i < 3; ++i)
     {
-        m_bounds->high[i] = axisAlong(Eigen::Vector3d::Unit(i)).height;
-        m_bounds->low[i] = -axisAlong(-Eigen::Vector3d::Unit(i)).height;
+        m_bounds.high[i] = axisAlong(Eigen::Vector3d::Unit(i)).height;
+        m_bounds.low[i] = -axisAlong(-Eigen::Vector3d::Unit(i)).height;
     }
     recallAxes();
+    return true;
 }
 
 void TrianglePass::flush()
 {
     if (m_batch.count() == 0)
         return;
-    if (!m_bounds)
-        examineCore();
-    m_batch.place(m_frame, m_limit, m_limit + double(m_core->size()));
-    m_batch.dropOutside(m_bounds->low, m_bounds->high);
-    useAxes();
-    unsigned asked = 0;
-    for (int i = 0; i < m_batch.count(); ++i)
+    const bool isPossible = m_search ? m_search->isPossible() : examineCore();
+    if (isPossible)
     {
-        if (!m_batch.isNear(i))
-            continue;
-        ++asked;
-        ask(m_batch.triangle(i));
-        learnAxis(i + 1);
+        const double limit = double(m_search->limit());
+        m_isaGjk.counters().triangles.add(static_cast<std::uint64_t>(m_batch.count()));
+        m_batch.place(m_frame, m_bounds, limit, limit + double(m_search->core().size()));
+        useAxes();
+        unsigned asked = 0;
+        for (int i = 0; i < m_batch.count(); ++i)
+        {
+            if (!m_batch.isNear(i))
+                continue;
+            ++asked;
+            ask(i);
+        }
+        m_isaGjk.counters().trianglesAsked.add(asked);
     }
-    m_isaGjk.counters().triangles.add(static_cast<std::uint64_t>(m_batch.count()));
-    m_isaGjk.counters().trianglesAsked.add(asked);
     m_batch.clear();
 }
 
-void TrianglePass::ask(const TriangleBatch::Triangle& triangle)
+void TrianglePass::ask(int i)
 {
-    btTriangleShape shape(triangle.corners[0], triangle.corners[1], triangle.corners[2]);
-    shape.setMargin(m_margin);
-    const btCollisionObjectWrapper wrap(&m_mesh, &shape, m_mesh.getCollisionObject(),
-                                        m_mesh.getWorldTransform(), triangle.part, triangle.index);
-    if (const GjkCache<btScalar>* search = recall(triangle))
-        m_query.triangles.beginAt(*search);
+    const TriangleBatch::Triangle triangle = m_batch.triangle(i);
+    const TriangleSearch::Corners corners = {m_batch.corner(i, 0), m_batch.corner(i, 1),
+                                             m_batch.corner(i, 2)};
+    GjkCache<btScalar> cache = recall(triangle);
+    const ContactSearchResult found = m_search->search(corners, cache);
+    if (found.isSettled)
+        remember(triangle, cache);
+    switch (found.state)
     {
-        const ShownTriangle shown(m_result, m_mesh, wrap);
-        m_query.triangles.processCollision(&m_convex, &wrap, m_info, &m_result);
+        case GjkState::Separated:
+            // The cache's axis points from the triangle to the core.
+            return learnAxis(-toDouble(cache.axis), i + 1);
+        case GjkState::NotConverged:
+            m_search->askBullet(corners, triangle, m_query.manifold, m_dispatcher, m_info, m_points);
+            break;
+        default:
+            addTouch(i);
+            if (found.state == GjkState::Near && found.isSettled && !m_showsEveryPoint)
+                m_batch.dropRepeats(i, m_search->normal(), m_search->touchedPoint());
     }
-    remember(triangle);
+    if (m_showsEveryPoint)
+        showPoints();
 }
 
-/// @return null if the triangle was not asked in the last step
-const GjkCache<btScalar>* TrianglePass::recall(const TriangleBatch::Triangle& triangle)
+/// Adds what the last search has found.
+void TrianglePass::addTouch(int i)
+{
+    const TriangleBatch::Triangle triangle = m_batch.triangle(i);
+    if (m_search->isTouchAlone())
+        return m_search->addTouch(m_search->placeOnConvex(), triangle, m_points);
+    m_search->addTouch(m_batch.middleWithin(i, m_bounds), triangle, m_touches);
+}
+
+void TrianglePass::makePatches()
+{
+    if (m_touches.count() > kMostPatches)
+        m_touches.reduce(kMostPatches);
+    for (int i = 0; i < m_touches.count(); ++i)
+    {
+        const btVector3(&corners)[3] = m_touches[i].triangle.corners;
+        m_search->addPatch(
+            m_touches[i],
+            {m_frame.ofMesh(corners[0]), m_frame.ofMesh(corners[1]), m_frame.ofMesh(corners[2])}, m_points);
+    }
+    m_touches.clear();
+}
+
+/// Gives the manifold all points of the last triangle.
+void TrianglePass::showPoints()
+{
+    makePatches();
+    for (int i = 0; i < m_points.count(); ++i)
+        addToManifold(m_points[i]);
+    m_points.clear();
+}
+
+/// What is known of a triangle from the last step, which came in the same order, with some more and some fewer.
+GjkCache<btScalar> TrianglePass::recall(const TriangleBatch::Triangle& triangle)
 {
     const std::vector<TriangleMemory>& known = m_query.known;
-    // Triangles come in the same order as in the last step, with some more and some fewer.
     for (std::size_t i = 0; i < known.size(); ++i)
     {
         const std::size_t wrapped = m_likely + i < known.size() ? 0 : known.size();
@@ -161,18 +241,21 @@ const GjkCache<btScalar>* TrianglePass::recall(const TriangleBatch::Triangle& tr
         if (known[place].index != triangle.index || known[place].part != triangle.part)
             continue;
         m_likely = place + 1;
-        return &known[place].search;
+        GjkCache<btScalar> search = known[place].search;
+        rememberDirection(m_frame.meshBasis() * toDouble(search.axis), search);
+        return search;
     }
-    return nullptr;
+    return {};
 }
 
-void TrianglePass::remember(const TriangleBatch::Triangle& triangle)
+void TrianglePass::remember(const TriangleBatch::Triangle& triangle, GjkCache<btScalar> search)
 {
-    if (!m_query.triangles.isSettled() || m_query.next.size() == MeshQuery::kMostKnown)
+    if (m_query.next.size() == MeshQuery::kMostKnown)
         return;
+    rememberDirection(m_frame.meshBasis().transpose() * toDouble(search.axis), search);
     try
     {
-        m_query.next.push_back({triangle.part, triangle.index, m_query.triangles.lastSearch()});
+        m_query.next.push_back({triangle.part, triangle.index, search});
     }
     catch (const std::bad_alloc&)
     {
@@ -186,41 +269,34 @@ void TrianglePass::useAxes()
         m_axes[i].dropped += m_batch.dropBeyond(m_axes[i].axis, 0);
 }
 
-/// Tries the axis of the last answer on the triangles that follow.
-void TrianglePass::learnAxis(int next)
+/// Tries an axis on the triangles that follow, and keeps it if it drops any.
+void TrianglePass::learnAxis(const Eigen::Vector3d& direction, int next)
 {
-    const GjkCache<btScalar>& cache = m_query.triangles.lastSearch();
-    if (cache.state != GjkState::Separated || next >= m_batch.count())
+    if (next >= m_batch.count() || !(direction.squaredNorm() > 0.0))
         return;
-    // The cache's axis points from the triangle to the core, in the world.
-    const Eigen::Vector3d direction = m_frame.turn * -toDouble(cache.axis);
-    if (!(direction.squaredNorm() > 0.0))
+    UsedAxis tried = {axisAlong(direction.normalized()), {}, 0};
+    tried.dropped = m_batch.dropBeyond(tried.axis, next);
+    if (tried.dropped == 0)
         return;
-    UsedAxis learned = {axisAlong(direction.normalized()), {}, 0};
-    learned.dropped = m_batch.dropBeyond(learned.axis, next);
-    if (learned.dropped == 0)
-        return;
-    const Eigen::Vector3d inMesh = m_frame.basis.transpose() * learned.axis.direction;
-    for (int i = 0; i < 3; ++i)
-        learned.inMesh[static_cast<std::size_t>(i)] = static_cast<float>(inMesh[i]);
+    tried.inMesh = toFloat(m_frame.meshBasis().transpose() * tried.axis.direction);
     if (m_axisCount < m_axes.size())
-        m_axes[m_axisCount++] = learned;
+        m_axes[m_axisCount++] = tried;
     else
         *std::min_element(m_axes.begin(), m_axes.end(),
-                          [](const UsedAxis& a, const UsedAxis& b) { return a.dropped < b.dropped; }) =
-            learned;
+                          [](const UsedAxis& a, const UsedAxis& b) { return a.dropped < b.dropped; }) = tried;
 }
 
 CoreAxis TrianglePass::axisAlong(const Eigen::Vector3d& direction) const
 {
-    return {direction, direction.dot(m_core->support(direction, -1).point + m_core->origin())};
+    const PosedShape& core = m_search->core();
+    return {direction, direction.dot(core.support(direction, -1).point + core.origin())};
 }
 
 void TrianglePass::recallAxes()
 {
     for (std::size_t i = 0; i < m_query.axisCount; ++i)
     {
-        const Eigen::Vector3d direction = m_frame.basis * toDouble(m_query.axes[i]);
+        const Eigen::Vector3d direction = m_frame.meshBasis() * toDouble(m_query.axes[i]);
         if (direction.squaredNorm() > 0.0)
             m_axes[m_axisCount++] = {axisAlong(direction.normalized()), m_query.axes[i], 0};
     }
@@ -234,6 +310,38 @@ void TrianglePass::storeAxes()
         if (m_axes[i].dropped > 0)
             m_query.axes[m_query.axisCount++] = m_axes[i].inMesh;
     }
+}
+
+/// Replaces the points of the manifold by those of this call that carry the contact.
+void TrianglePass::renewManifold()
+{
+    makePatches();
+    m_points.reduce(m_isaGjk.options().patchPoints);
+    ManifoldRenewal renewal(m_query.manifold);
+    if (m_points.count() > 0 && m_query.manifold.getNumContacts() > 0)
+    {
+        for (int i = 0; i < m_points.count(); ++i)
+            renewal.renew(m_frame.toWorld(m_points[i].place));
+        renewal.removeOthers();
+    }
+    for (int i = 0; i < m_points.count(); ++i)
+    {
+        addToManifold(m_points[i]);
+        renewal.removeFirst();
+    }
+}
+
+void TrianglePass::addToManifold(const MeshPoint& point)
+{
+    const TriangleBatch::Triangle& triangle = point.triangle;
+    btTriangleShape shape(triangle.corners[0], triangle.corners[1], triangle.corners[2]);
+    shape.setMargin(m_mesh.getCollisionShape()->getMargin());
+    const btCollisionObjectWrapper wrap(&m_mesh, &shape, m_mesh.getCollisionObject(),
+                                        m_mesh.getWorldTransform(), triangle.part, triangle.index);
+    const ShownTriangle shown(m_result, m_mesh, wrap);
+    m_result.addContactPoint(m_frame.turnedToWorld(point.normal),
+                             m_frame.toWorld(point.place - point.distance * point.normal),
+                             static_cast<btScalar>(point.distance));
 }
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

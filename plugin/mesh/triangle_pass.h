@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "cullet/plugin/convex/convex_pair.h"
-#include "cullet/plugin/convex/isa_gjk_algorithm.h"
+#include "cullet/plugin/mesh/mesh_points.h"
 #include "cullet/plugin/mesh/triangle_batch.h"
+#include "cullet/plugin/mesh/triangle_search.h"
 
 #include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
 #include <BulletCollision/CollisionDispatch/btManifoldResult.h>
@@ -19,7 +19,7 @@ namespace cullet
 {
 inline namespace CULLET_PRECISION
 {
-/// Where the search for a triangle ended in the last step.
+/// Where the search for a triangle ended in the last step; its axis is in the mesh's frame.
 struct TriangleMemory
 {
     int part, index;
@@ -29,18 +29,12 @@ struct TriangleMemory
 /// What a pair of a convex shape and a mesh keeps between steps. Nothing of it is trusted.
 struct MeshQuery
 {
-    MeshQuery(IsaGjkRegistration& isaGjk, btPersistentManifold& pairManifold,
-              const btCollisionAlgorithmConstructionInfo& info, const btCollisionObjectWrapper& convex,
-              const btCollisionObjectWrapper& mesh)
-        : manifold(pairManifold), triangles(isaGjk, &pairManifold, info, &convex, &mesh, false)
-    {
-    }
+    explicit MeshQuery(btPersistentManifold& pairManifold) : manifold(pairManifold) {}
 
     static constexpr std::size_t kAxes = 4;
 
     btPersistentManifold& manifold;
-    IsaGjkAlgorithm triangles;  ///< answers for one triangle after the other
-    HullUse hull;
+    HullUse hulls[2];                              ///< of the convex body; the second is never used
     std::array<std::array<float, 3>, kAxes> axes;  ///< that have dropped triangles; in the mesh's frame
     std::size_t axisCount = 0;
     static constexpr std::size_t kMostKnown = 64;
@@ -48,17 +42,23 @@ struct MeshQuery
     std::vector<TriangleMemory> next;   ///< of this step
 };
 
-/// One call of a MeshAlgorithm: asks the mesh for the triangles in the convex body's box, drops those that cannot touch,
-/// and lets the query answer for the rest.
+/// One call of a MeshAlgorithm: reads the triangles in the convex body's box, drops those that cannot touch, finds where
+/// the rest touches, and gives the manifold the few points that carry the contact.
+///
+/// Each triangle that touches has a closest or deepest point. A triangle whose point is the corner or edge of one before
+/// it is dropped if nothing else of it is near. Where the shapes may touch in more than a point, a patch is made; of many
+/// such triangles, for those that are farthest apart. If a callback of the application may change contacts
+/// (gContactAddedCallback and CF_CUSTOM_MATERIAL_CALLBACK), the manifold gets every point of every triangle, as from
+/// Bullet's loop.
 class TrianglePass final : public btTriangleCallback
 {
 public:
     TrianglePass(IsaGjkRegistration& isaGjk, MeshQuery& query, const btCollisionObjectWrapper& convex,
-                 const btCollisionObjectWrapper& mesh, const btDispatcherInfo& info,
+                 const btCollisionObjectWrapper& mesh, btDispatcher& dispatcher, const btDispatcherInfo& info,
                  btManifoldResult& result);
 
-    /// False for a core without points, and for a pose that is no rotation or not finite.
-    bool isPossible() const { return m_core && m_frame.isUsable(); }
+    /// False for a pose that is no rotation or not finite.
+    bool isPossible() const { return m_frame.isUsable(); }
 
     void run();
 
@@ -72,39 +72,45 @@ private:
         int dropped = 0;
     };
 
-    /// Bounds of the core in its own frame.
-    struct CoreBounds
-    {
-        Eigen::Vector3d low, high;
-    };
+    /// Of the touches with patches, so many are kept.
+    static constexpr int kMostPatches = 4;
 
-    void examineCore();
+    bool examineCore();
     void flush();
-    void ask(const TriangleBatch::Triangle& triangle);
+    void ask(int i);
+    void addTouch(int i);
+    void makePatches();
+    void showPoints();
     void useAxes();
-    void learnAxis(int next);
+    void learnAxis(const Eigen::Vector3d& direction, int next);
     CoreAxis axisAlong(const Eigen::Vector3d& direction) const;
-    const GjkCache<btScalar>* recall(const TriangleBatch::Triangle& triangle);
-    void remember(const TriangleBatch::Triangle& triangle);
+    GjkCache<btScalar> recall(const TriangleBatch::Triangle& triangle);
+    void remember(const TriangleBatch::Triangle& triangle, GjkCache<btScalar> search);
     void recallAxes();
     void storeAxes();
+    bool showsEveryPoint() const;
+    void renewManifold();
+    void addToManifold(const MeshPoint& point);
 
     IsaGjkRegistration& m_isaGjk;
     MeshQuery& m_query;
     const btCollisionObjectWrapper &m_convex, &m_mesh;
-    ConvexSide m_side;  ///< of the convex body
+    ConvexSide m_side;  ///< the convex body in the world
+    btDispatcher& m_dispatcher;
     const btDispatcherInfo& m_info;
     btManifoldResult& m_result;
     CoreFrame m_frame;
-    std::optional<PosedShape> m_core;  ///< in its own frame
-    btScalar m_margin;                 ///< of the mesh
-    double m_limit;
-    btVector3 m_boxMin, m_boxMax;        ///< of the convex body, in the mesh's frame
-    std::optional<CoreBounds> m_bounds;  ///< known once there are triangles
+    MeshLimits m_limits;
+    btVector3 m_boxMin, m_boxMax;            ///< of the convex body, in the mesh's frame
+    std::optional<TriangleSearch> m_search;  ///< exists once there are triangles
+    CoreBounds m_bounds;
     std::array<UsedAxis, MeshQuery::kAxes> m_axes;
     std::size_t m_axisCount = 0;
     std::size_t m_likely = 0;  ///< place of the next triangle in what the query knows
+    bool m_showsEveryPoint;
     TriangleBatch m_batch;
+    MeshPoints m_touches;  ///< without their patches
+    MeshPoints m_points;
 };
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

@@ -39,6 +39,15 @@ const UnitHulls& unitHulls()
     return *hulls;
 }
 
+/// The third column of a triangle's map, for edges from one corner: it is only multiplied by zeros, keeps the map free of
+/// reflections, and is no longer than an edge, so that the size of the core is a length.
+template <class V>
+V thirdColumn(const V& ab, const V& ac)
+{
+    const auto length = ac.cwiseAbs().sum();
+    return ab.cross(ac) * (length > 0 ? 1 / length : 0);
+}
+
 std::optional<PosedShape> poseTriangle(const btTriangleShape& triangle, const btTransform& transform)
 {
     if (!hasFiniteCorners(triangle))
@@ -47,8 +56,7 @@ std::optional<PosedShape> poseTriangle(const btTriangleShape& triangle, const bt
     const Vector ab = toEigen(triangle.m_vertices1[1]) - a;
     const Vector ac = toEigen(triangle.m_vertices1[2]) - a;
     Matrix corners;
-    // The third column is only multiplied by zeros; it keeps the map free of reflections.
-    corners << ab, ac, ab.cross(ac);
+    corners << ab, ac, thirdColumn(ab, ac);
     return PosedShape(unitHulls().triangle, basisOf(transform) * corners,
                       toEigen(transform(triangle.m_vertices1[0])));
 }
@@ -155,6 +163,18 @@ std::optional<PosedShape> poseShape(const btConvexShape& shape, ConvexKind kind,
         default:
             return {};
     }
+}
+
+PosedShape poseTriangle(const Eigen::Vector3d (&corners)[3])
+{
+    const Eigen::Vector3d ab = corners[1] - corners[0], ac = corners[2] - corners[0];
+    const Eigen::Vector3d across = thirdColumn(ab, ac);
+    const auto scalar = [](double x) { return static_cast<btScalar>(x); };
+    Components rows[3];
+    for (int i = 0; i < 3; ++i)
+        rows[i] = Components{scalar(ab[i]), scalar(ac[i]), scalar(across[i]), 0};
+    const Components origin = {scalar(corners[0][0]), scalar(corners[0][1]), scalar(corners[0][2]), 0};
+    return {unitHulls().triangle, rows, origin};
 }
 
 Eigen::Vector3d offsetToOrigin(const Eigen::Vector3d& from, const btConvexShape& shape, ConvexKind kind,

@@ -141,6 +141,9 @@ bool canRunConcurrently(int shapeType);
 std::optional<PosedShape> poseShape(const btConvexShape& shape, ConvexKind kind, const btTransform& transform,
                                     HullUse& use, std::uint64_t pass);
 
+/// The core of a triangle by its corners; its origin() is the first one, rounded.
+PosedShape poseTriangle(const Eigen::Vector3d (&corners)[3]);
+
 /// The vector from a point in world space to the origin() of a core; rounding is relative to the length of the vector.
 Eigen::Vector3d offsetToOrigin(const Eigen::Vector3d& from, const btConvexShape& shape, ConvexKind kind,
                                const btTransform& transform);

@@ -130,6 +130,12 @@ const btPersistentManifold& MeshBench::step(const btTransform& convexAt, const b
     return *m_manifolds[0];
 }
 
+const btPersistentManifold& MeshBench::stepFromNothing(const btTransform& convexAt, const btTransform& meshAt)
+{
+    m_dispatcher.clearManifold(m_dispatcher.getManifoldByIndexInternal(0));
+    return step(convexAt, meshAt);
+}
+
 bool arePointsEqual(const btPersistentManifold& a, const btPersistentManifold& b)
 {
     if (a.getNumContacts() != b.getNumContacts())

@@ -11,7 +11,8 @@
 
 namespace cullet::test
 {
-/// Bullet's loop over triangles without its early out: the algorithm of each triangle is made, asked and destroyed.
+/// Bullet's loop over triangles without its early out: the algorithm of each triangle is made, asked and destroyed, and
+/// the manifold gets every point of each.
 class PlainLoop final : public btConvexConcaveCollisionAlgorithm
 {
 public:
@@ -42,6 +43,9 @@ public:
 
     /// Computes the contacts of the next step, as Bullet's near callback does.
     const btPersistentManifold& step(const btTransform& convexAt, const btTransform& meshAt);
+
+    /// step() with a manifold that had no points.
+    const btPersistentManifold& stepFromNothing(const btTransform& convexAt, const btTransform& meshAt);
 
     btCollisionDispatcher& dispatcher() { return m_dispatcher; }
     IsaGjkRegistration& isaGjk() { return m_isaGjk; }

@@ -9,6 +9,7 @@
 #include <BulletCollision/CollisionShapes/btScaledBvhTriangleMeshShape.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <random>
@@ -133,7 +134,8 @@ enum class BodyKind
     SmallHull,
     Box,
     Plate,
-    Capsule
+    Capsule,
+    Sphere
 };
 
 std::unique_ptr<btConvexShape> makeBody(BodyKind kind, std::mt19937& engine)
@@ -148,8 +150,10 @@ std::unique_ptr<btConvexShape> makeBody(BodyKind kind, std::mt19937& engine)
             return std::make_unique<btBoxShape>(vec(0.4, 0.5, 0.3));
         case BodyKind::Plate:
             return std::make_unique<btBoxShape>(vec(2, 0.05, 2));
-        default:
+        case BodyKind::Capsule:
             return std::make_unique<btCapsuleShape>(btScalar(0.3), btScalar(0.8));
+        default:
+            return std::make_unique<btSphereShape>(btScalar(0.5));
     }
 }
 
@@ -174,12 +178,96 @@ struct MeshContacts : testing::TestWithParam<std::tuple<MeshKind, BodyKind>>
 std::string nameOf(const testing::TestParamInfo<std::tuple<MeshKind, BodyKind>>& info)
 {
     static const char* const meshes[] = {"Bvh", "BvhUnquantized", "Scaled", "Materials", "Terrain", "Soup"};
-    static const char* const bodies[] = {"RoundHull", "SmallHull", "Box", "Plate", "Capsule"};
+    static const char* const bodies[] = {"RoundHull", "SmallHull", "Box", "Plate", "Capsule", "Sphere"};
     return std::string(bodies[static_cast<std::size_t>(std::get<1>(info.param))]) + "On" +
            meshes[static_cast<std::size_t>(std::get<0>(info.param))];
 }
 
-TEST_P(MeshContacts, HaveTheBitsOfALoopOverAllTrianglesWithoutMemory)
+/// Collects the points that a manifold gets.
+class PointRecorder
+{
+public:
+    PointRecorder()
+    {
+        points().clear();
+        gContactAddedCallback = record;
+    }
+    ~PointRecorder() { gContactAddedCallback = nullptr; }
+    PointRecorder(const PointRecorder&) = delete;
+    PointRecorder& operator=(const PointRecorder&) = delete;
+
+    static std::vector<btManifoldPoint>& points()
+    {
+        static std::vector<btManifoldPoint> added;
+        return added;
+    }
+
+private:
+    static bool record(btManifoldPoint& point, const btCollisionObjectWrapper*, int, int,
+                       const btCollisionObjectWrapper*, int, int)
+    {
+        points().push_back(point);
+        return false;
+    }
+};
+
+/// Every point of every triangle, as the manifold gets them from a loop without memory.
+std::vector<btManifoldPoint> pointsOfAllTriangles(MeshBench& bench, const btTransform& at,
+                                                  const btTransform& meshAt)
+{
+    bench.convex().setCollisionFlags(bench.convex().getCollisionFlags() |
+                                     btCollisionObject::CF_CUSTOM_MATERIAL_CALLBACK);
+    const PointRecorder recorder;
+    bench.stepFromNothing(at, meshAt);
+    return PointRecorder::points();
+}
+
+bool isOneOf(const btManifoldPoint& point, const std::vector<btManifoldPoint>& all, double tolerance)
+{
+    const auto matches = [&](const btManifoldPoint& other)
+    {
+        return point.m_index0 == other.m_index0 && point.m_index1 == other.m_index1 &&
+               double((point.m_localPointA - other.m_localPointA).length()) < tolerance &&
+               double((point.m_normalWorldOnB - other.m_normalWorldOnB).length()) < tolerance &&
+               std::abs(double(point.m_distance1 - other.m_distance1)) < tolerance;
+    };
+    return std::any_of(all.begin(), all.end(), matches);
+}
+
+double deepest(const btPersistentManifold& manifold)
+{
+    double least = 1;
+    for (int i = 0; i < manifold.getNumContacts(); ++i)
+        least = std::min(least, double(manifold.getContactPoint(i).m_distance1));
+    return least;
+}
+
+double deepest(const std::vector<btManifoldPoint>& points)
+{
+    double least = 1;
+    for (const btManifoldPoint& point : points)
+        least = std::min(least, double(point.m_distance1));
+    return least;
+}
+
+/// Calls call(pose of the body, of the mesh) for poses that change a little five times, then at random.
+template <class Call>
+void forEachPose(std::mt19937& engine, int count, const Call& call)
+{
+    const btTransform meshAt(randomRotation(engine), vec(1, 2, 3));
+    for (int i = 0; i < count; ++i)
+    {
+        btTransform pose = randomPose(engine);
+        for (int step = 0; step < 6; ++step)
+        {
+            SCOPED_TRACE("pose " + std::to_string(i) + ", step " + std::to_string(step));
+            call(meshAt * pose, meshAt);
+            pose = movedALittle(pose, engine);
+        }
+    }
+}
+
+TEST_P(MeshContacts, AreTheSameBitsWithAndWithoutMemory)
 {
     constexpr unsigned kSeed = 41;
     SCOPED_TRACE(kSeed);
@@ -190,59 +278,76 @@ TEST_P(MeshContacts, HaveTheBitsOfALoopOverAllTrianglesWithoutMemory)
     for (const bool isMeshFirst : {false, true})
     {
         MeshBench ours(Loop::Ours, *body, *mesh.shape, isMeshFirst);
-        MeshBench plain(Loop::Plain, *body, *mesh.shape, isMeshFirst);
-        const btTransform meshAt(randomRotation(engine), vec(1, 2, 3));
-        for (int i = 0; i < 40; ++i)
-        {
-            btTransform pose = randomPose(engine);
-            for (int step = 0; step < 6; ++step)
-            {
-                const btPersistentManifold& found = ours.step(meshAt * pose, meshAt);
-                const btPersistentManifold& right = plain.step(meshAt * pose, meshAt);
-                ASSERT_TRUE(arePointsEqual(found, right)) << "pose " << i << ", step " << step;
-                touching += found.getNumContacts() > 0;
-                points += found.getNumContacts();
-                pose = movedALittle(pose, engine);
-            }
-        }
+        forEachPose(engine, 40,
+                    [&](const btTransform& at, const btTransform& meshAt)
+                    {
+                        const btPersistentManifold& found = ours.stepFromNothing(at, meshAt);
+                        MeshBench fresh(Loop::Ours, *body, *mesh.shape, isMeshFirst);
+                        ASSERT_TRUE(arePointsEqual(found, fresh.step(at, meshAt)));
+                        touching += found.getNumContacts() > 0;
+                        points += found.getNumContacts();
+                    });
     }
     EXPECT_GT(touching, 80);
     EXPECT_GT(points, touching);
 }
 
-INSTANTIATE_TEST_SUITE_P(All, MeshContacts,
-                         testing::Combine(testing::Values(MeshKind::Bvh, MeshKind::BvhUnquantized,
-                                                          MeshKind::Scaled, MeshKind::Materials,
-                                                          MeshKind::Terrain, MeshKind::Soup),
-                                          testing::Values(BodyKind::RoundHull, BodyKind::SmallHull,
-                                                          BodyKind::Box, BodyKind::Plate, BodyKind::Capsule)),
-                         nameOf);
+TEST_P(MeshContacts, AreDeepestAndAmongThoseOfAllTriangles)
+{
+    constexpr unsigned kSeed = 42;
+    SCOPED_TRACE(kSeed);
+    std::mt19937 engine(kSeed);
+    const Mesh mesh(std::get<0>(GetParam()), engine);
+    const auto body = makeBody(std::get<1>(GetParam()), engine);
+    MeshBench ours(Loop::Ours, *body, *mesh.shape), plain(Loop::Plain, *body, *mesh.shape);
+    const double tolerance = std::get<0>(GetParam()) == MeshKind::Soup ? 1e-3 : 1e-4;
+    int touching = 0, odd = 0, points = 0;
+    forEachPose(engine, 60,
+                [&](const btTransform& at, const btTransform& meshAt)
+                {
+                    const std::vector<btManifoldPoint> all = pointsOfAllTriangles(plain, at, meshAt);
+                    const btPersistentManifold& found = ours.stepFromNothing(at, meshAt);
+                    ASSERT_EQ(found.getNumContacts() > 0, !all.empty());
+                    if (all.empty())
+                        return;
+                    ++touching;
+                    EXPECT_NEAR(deepest(found), deepest(all), 2e-3);
+                    for (int i = 0; i < found.getNumContacts(); ++i)
+                        odd += !isOneOf(found.getContactPoint(i), all, tolerance);
+                    points += found.getNumContacts();
+                });
+    EXPECT_GT(touching, 60);
+    // Where two features are equally close, rounding decides which one a search finds. Bullet's test of a sphere and a
+    // triangle without area finds nothing.
+    const bool hasFlatTriangles = std::get<0>(GetParam()) == MeshKind::Soup;
+    EXPECT_LT(odd * (hasFlatTriangles && std::get<1>(GetParam()) == BodyKind::Sphere ? 20 : 50), points);
+}
 
-/// A body at rest on a mesh of its own, and the same pair in a loop without memory.
+INSTANTIATE_TEST_SUITE_P(
+    All, MeshContacts,
+    testing::Combine(testing::Values(MeshKind::Bvh, MeshKind::BvhUnquantized, MeshKind::Scaled,
+                                     MeshKind::Materials, MeshKind::Terrain, MeshKind::Soup),
+                     testing::Values(BodyKind::RoundHull, BodyKind::SmallHull, BodyKind::Box, BodyKind::Plate,
+                                     BodyKind::Capsule, BodyKind::Sphere)),
+    nameOf);
+
+/// A body at rest on a mesh of its own. A pair with memory has the points of a new one after every edit.
 struct EditedMesh : testing::Test
 {
     void expectSame(const char* after)
     {
-        const btPersistentManifold& found = ours.step(pose, btTransform::getIdentity());
-        const btPersistentManifold& right = plain.step(pose, btTransform::getIdentity());
-        EXPECT_TRUE(arePointsEqual(found, right)) << after;
+        const btPersistentManifold& found = ours.stepFromNothing(pose, btTransform::getIdentity());
+        MeshBench fresh(Loop::Ours, *hull, *mesh.shape);
+        fresh.convex().setCollisionShape(ours.convex().getCollisionShape());
+        fresh.mesh().setCollisionShape(ours.mesh().getCollisionShape());
+        EXPECT_TRUE(arePointsEqual(found, fresh.step(pose, btTransform::getIdentity()))) << after;
         contacts = found.getNumContacts();
-    }
-
-    /// Bullet's own loop answers for spheres. It drops triangles that the plain one asks, so the points are forgotten.
-    void expectSphereOnGround()
-    {
-        for (MeshBench* bench : {&ours, &plain})
-        {
-            EXPECT_GT(bench->step(pose, btTransform::getIdentity()).getNumContacts(), 0);
-            bench->dispatcher().clearManifold(bench->dispatcher().getManifoldByIndexInternal(0));
-        }
     }
 
     std::mt19937 engine{7};
     Mesh mesh{MeshKind::Bvh, engine};
     std::unique_ptr<btConvexHullShape> hull = roundHull(40, engine);
-    MeshBench ours{Loop::Ours, *hull, *mesh.shape}, plain{Loop::Plain, *hull, *mesh.shape};
+    MeshBench ours{Loop::Ours, *hull, *mesh.shape};
     btTransform pose{btQuaternion::getIdentity(), vec(0.1, 0.62, 0.2)};
     int contacts = 0;
 };
@@ -271,7 +376,8 @@ TEST_F(EditedMesh, IsSeenInTheSameStepWhenShapesAreExchanged)
     btBoxShape box(vec(0.5, 0.6, 0.5));
     btSphereShape sphere(btScalar(0.62));
     TriangleSoup soup;
-    soup.corners = {vec(-3, 0, -3), vec(3, 0, -3), vec(0, 0, 3)};
+    soup.corners = {vec(-3, 0.05, -3), vec(3, 0.05, -3), vec(0, 0.05, 3)};
+    int touching = 0;
     for (btCollisionShape* body :
          {static_cast<btCollisionShape*>(&box), static_cast<btCollisionShape*>(&sphere),
           static_cast<btCollisionShape*>(hull.get())})
@@ -279,17 +385,13 @@ TEST_F(EditedMesh, IsSeenInTheSameStepWhenShapesAreExchanged)
         for (btCollisionShape* ground :
              {static_cast<btCollisionShape*>(&soup), static_cast<btCollisionShape*>(mesh.shape.get())})
         {
-            for (MeshBench* bench : {&ours, &plain})
-            {
-                bench->convex().setCollisionShape(body);
-                bench->mesh().setCollisionShape(ground);
-            }
-            if (body == &sphere)
-                expectSphereOnGround();
-            else
-                expectSame("exchanged");
+            ours.convex().setCollisionShape(body);
+            ours.mesh().setCollisionShape(ground);
+            expectSame("exchanged");
+            touching += contacts > 0;
         }
     }
+    EXPECT_GE(touching, 5);
 }
 
 TEST_F(EditedMesh, IsSeenInTheSameStepWhenTheScaleChanges)

@@ -1,0 +1,154 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "cullet/plugin/mesh/mesh_points.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <utility>
+
+namespace cullet
+{
+inline namespace CULLET_PRECISION
+{
+namespace
+{
+/// Position, normal and depth of a point, as lengths; the last one is 0, for a whole number of SIMD registers.
+using Feature = Eigen::Matrix<double, 8, 1>;
+
+/// A difference of depths counts as a distance of so many times its length: on level ground a point between two others
+/// is needed only where it is deeper.
+constexpr double kDepthScale = 10.0;
+/// In units of the distance at which the manifold merges points: what is closer to a line between two points carries
+/// nothing.
+constexpr double kBetween = 0.1;
+/// A later point must be better by this part, so that noise does not change the selection from step to step.
+constexpr double kBetter = 2e-3;
+
+double distance2ToLine(const Feature& point, const Feature& from, const Feature& to)
+{
+    const Feature line = to - from, way = point - from;
+    const double length2 = line.squaredNorm();
+    const double part = length2 > 0.0 ? std::clamp(line.dot(way) / length2, 0.0, 1.0) : 0.0;
+    return (way - part * line).squaredNorm();
+}
+}  // namespace
+
+/// The order in which points are selected.
+class MeshPoints::Selection
+{
+public:
+    Selection(const MeshPoints& points, int first) : m_set(points), m_count(points.m_count)
+    {
+        double spread2 = 0.0;
+        for (int i = 0; i < m_count; ++i)
+            spread2 = std::max(spread2, (m_set[i].place - m_set[first].place).squaredNorm());
+        const double spread = std::sqrt(spread2), range = m_set.m_limit - m_set[first].distance;
+        for (int i = 0; i < m_count; ++i)
+        {
+            const MeshPoint& point = m_set[i];
+            Row& row = m_rows[static_cast<std::size_t>(i)];
+            row.feature << point.place, spread * point.normal, kDepthScale * point.distance, 0.0;
+            row.weight = range > 0.0 ? (m_set.m_limit - point.distance) / range : 1.0;
+            m_order[static_cast<std::size_t>(i)] = i;
+        }
+        exchange(first, 0);
+    }
+
+    /// Selects one more point.
+    ///
+    /// @return false if no other point carries anything
+    bool add()
+    {
+        measureLast();
+        int best = -1;
+        double highest = 0.0;
+        for (int i = m_selected; i < m_count; ++i)
+        {
+            const Row& row = rowAt(i);
+            const double score = row.weight * row.away2;
+            if (row.away2 > kBetween * kBetween * m_set.m_merge2 && score > highest * (1.0 + kBetter))
+            {
+                best = i;
+                highest = score;
+            }
+        }
+        if (best < 0)
+            return false;
+        exchange(best, m_selected++);
+        return true;
+    }
+
+    int selected() const { return m_selected; }
+    const MeshPoint& point(int i) const { return m_set[m_order[static_cast<std::size_t>(i)]]; }
+
+private:
+    struct Row
+    {
+        Feature feature;
+        double weight;
+        double away2;  ///< from the nearest line between two selected features
+    };
+
+    Row& rowAt(int i) { return m_rows[static_cast<std::size_t>(m_order[static_cast<std::size_t>(i)])]; }
+
+    void exchange(int i, int j)
+    {
+        std::swap(m_order[static_cast<std::size_t>(i)], m_order[static_cast<std::size_t>(j)]);
+    }
+
+    /// Takes the last selected point into account. Removes the points that the manifold would merge with it.
+    void measureLast()
+    {
+        const int last = m_selected - 1;
+        const Feature& feature = rowAt(last).feature;
+        for (int i = m_count - 1; i >= m_selected; --i)
+        {
+            if ((point(i).place - point(last).place).squaredNorm() <= m_set.m_merge2)
+            {
+                exchange(i, --m_count);
+                continue;
+            }
+            Row& row = rowAt(i);
+            if (last == 0)
+                row.away2 = (row.feature - feature).squaredNorm();
+            for (int j = 0; j < last; ++j)
+                row.away2 = std::min(row.away2, distance2ToLine(row.feature, feature, rowAt(j).feature));
+        }
+    }
+
+    const MeshPoints& m_set;
+    int m_count, m_selected = 1;
+    std::array<int, kRoom> m_order;
+    std::array<Row, kRoom> m_rows;
+};
+
+/// Up to a thousandth of its difference to the limit.
+int MeshPoints::deepest() const
+{
+    int found = 0;
+    for (int i = 1; i < m_count; ++i)
+    {
+        const double depth = (*this)[found].distance;
+        if ((*this)[i].distance < depth - 1e-3 * (m_limit - depth))
+            found = i;
+    }
+    return found;
+}
+
+void MeshPoints::reduce(int most)
+{
+    if (m_count < 2)
+        return;
+    Selection selection(*this, deepest());
+    while (selection.selected() < most && selection.add())
+    {
+    }
+    std::array<MeshPoint, kKept> kept;
+    m_count = selection.selected();
+    for (int i = 0; i < m_count; ++i)
+        kept[static_cast<std::size_t>(i)] = selection.point(i);
+    std::copy_n(kept.begin(), m_count, m_points.begin());
+}
+}  // namespace CULLET_PRECISION
+}  // namespace cullet

@@ -1,0 +1,74 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "cullet/plugin/contact/contact_patch.h"
+#include "cullet/plugin/mesh/triangle_batch.h"
+
+#include <Eigen/Core>
+
+#include <array>
+
+namespace cullet
+{
+inline namespace CULLET_PRECISION
+{
+/// A point where a convex core and a triangle touch, in the core's frame.
+struct MeshPoint
+{
+    /// On the convex shape, margins included; of a touch whose patch is not made yet: about the middle of the patch.
+    Eigen::Vector3d place;
+    Eigen::Vector3d normal;  ///< unit, from the triangle to the core
+    double distance;         ///< margins included; negative: depth
+    TriangleBatch::Triangle triangle;
+    Touch touch;  ///< to which the point belongs
+};
+
+/// Points of all triangles that a convex body touches, reduced to the few that a manifold holds.
+///
+/// The first of them is the deepest. Each further one is the farthest from those before it and from the lines between
+/// them, in position, normal and depth: a plate keeps its corners, a box in the corner of a room touches floor and walls,
+/// and a point between two others, which carries nothing, is left out. A point counts less the larger its distance is. A
+/// point that the manifold would merge with an earlier one is left out, too.
+///
+/// The points may come from any number of triangles: when there is no more room, the set is reduced to kKept of them in
+/// the same way. The result depends on the points and their order alone.
+class MeshPoints
+{
+public:
+    /// @param limit    distance of the shapes, margins included, from which there are no points
+    /// @param mergeDistance the manifold merges points closer than this
+    MeshPoints(double limit, double mergeDistance) : m_limit(limit), m_merge2(mergeDistance * mergeDistance)
+    {
+    }
+
+    static constexpr int kKept = 6;
+
+    void add(const MeshPoint& point)
+    {
+        if (m_count == kRoom)
+            reduce(kKept);
+        m_points[static_cast<std::size_t>(m_count++)] = point;
+    }
+
+    void clear() { m_count = 0; }
+
+    /// @param most 1 to kKept
+    void reduce(int most);
+
+    int count() const { return m_count; }
+    const MeshPoint& operator[](int i) const { return m_points[static_cast<std::size_t>(i)]; }
+
+private:
+    static constexpr int kRoom = 32;
+
+    class Selection;
+
+    int deepest() const;
+
+    double m_limit, m_merge2;
+    std::array<MeshPoint, kRoom> m_points;
+    int m_count = 0;
+};
+}  // namespace CULLET_PRECISION
+}  // namespace cullet

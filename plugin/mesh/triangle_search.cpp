@@ -1,0 +1,208 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "cullet/plugin/mesh/triangle_search.h"
+
+#include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
+#include <BulletCollision/CollisionDispatch/btConvexConvexAlgorithm.h>
+#include <BulletCollision/CollisionDispatch/btManifoldResult.h>
+
+#include <algorithm>
+
+namespace cullet
+{
+inline namespace CULLET_PRECISION
+{
+namespace
+{
+/// Times the limit of a sphere's contacts: closer to its centre, a point of a triangle gives no direction.
+constexpr double kOnTriangle = 1e-6;
+
+Eigen::Vector3d closestOnSegment(const Eigen::Vector3d& from, const Eigen::Vector3d& to)
+{
+    const Eigen::Vector3d way = to - from;
+    const double length2 = way.squaredNorm();
+    const double part = length2 > 0.0 ? std::clamp(-way.dot(from) / length2, 0.0, 1.0) : 0.0;
+    return from + part * way;
+}
+
+/// The point of a triangle that is closest to the origin.
+Eigen::Vector3d closestToOrigin(const Eigen::Vector3d (&corners)[3])
+{
+    const Eigen::Vector3d normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
+    Eigen::Vector3d closest = corners[0];
+    bool isOver = normal.squaredNorm() > 0.0;
+    for (int i = 0; i < 3; ++i)
+    {
+        const Eigen::Vector3d &a = corners[i], &b = corners[(i + 1) % 3];
+        if (normal.dot(b.cross(a)) < 0.0)
+            continue;
+        // The origin is not on the inner side of this edge.
+        isOver = false;
+        const Eigen::Vector3d onEdge = closestOnSegment(a, b);
+        if (onEdge.squaredNorm() < closest.squaredNorm())
+            closest = onEdge;
+    }
+    return isOver ? Eigen::Vector3d(normal * (normal.dot(corners[0]) / normal.squaredNorm())) : closest;
+}
+
+/// Adds what Bullet's algorithm reports for a triangle to the points of the mesh.
+class Collector final : public btManifoldResult
+{
+public:
+    Collector(const btCollisionObjectWrapper& convex, const btCollisionObjectWrapper& triangle,
+              const TriangleBatch::Triangle& source, MeshPoints& points)
+        : btManifoldResult(&convex, &triangle), m_source(source), m_points(points)
+    {
+    }
+
+    void addContactPoint(const btVector3& normal, const btVector3& onMesh, btScalar distance) override
+    {
+        const Eigen::Vector3d n = toEigen(normal).cast<double>();
+        m_points.add(
+            {toEigen(onMesh).cast<double>() + double(distance) * n, n, double(distance), m_source, {}});
+    }
+
+private:
+    const TriangleBatch::Triangle& m_source;
+    MeshPoints& m_points;
+};
+}  // namespace
+
+TriangleSearch::TriangleSearch(IsaGjkRegistration& isaGjk, const ConvexSide& convex, const CoreFrame& frame,
+                               HullUse (&hulls)[2], const MeshLimits& limits)
+    : m_isaGjk(isaGjk),
+      m_limits(limits),
+      m_hulls(hulls),
+      m_coreAt(frame.coreBasis()),
+      m_triangleAt(btTransform::getIdentity()),
+      m_pair(ConvexSide(convex.shape, m_coreAt), ConvexSide(m_triangle, m_triangleAt)),
+      m_limit(convex.margin + limits.meshMargin + limits.breakingThreshold),
+      m_cores(poseShape(convex.shape, convex.kind, m_coreAt, hulls[0], isaGjk.pass()))
+{
+}
+
+/// Rounding of the triangle's first corner moves both cores.
+void TriangleSearch::place(const Corners& corners)
+{
+    m_cores.b.emplace(poseTriangle(corners));
+    m_cores.a->moveTo(m_cores.b->origin() - corners[0]);
+    m_cores.forgetFans();
+    m_triangleAt.setOrigin(toBullet(corners[0]));
+}
+
+ContactSearchResult TriangleSearch::search(const Corners& corners, GjkCache<btScalar>& cache)
+{
+    if (!corners[0].allFinite() || !corners[1].allFinite() || !corners[2].allFinite())
+        return {GjkState::Separated, false};
+    const ContactSearchResult found =
+        m_pair.a.kind == ConvexKind::Sphere ? searchFromPoint(corners) : searchFromCore(corners, cache);
+    count(found.state);
+    return found;
+}
+
+ContactSearchResult TriangleSearch::searchFromCore(const Corners& corners, GjkCache<btScalar>& cache)
+{
+    place(corners);
+    const SearchSetup setup = {m_pair,
+                               m_hulls,
+                               m_isaGjk.pass(),
+                               nullptr,
+                               m_isaGjk.options().patchPoints > 1,
+                               m_isaGjk.counters().exact};
+    return searchSettled(setup, m_cores, m_limit, {}, true, cache, m_touch);
+}
+
+/// The core of a sphere is the origin of the frame. Nothing is worth remembering.
+ContactSearchResult TriangleSearch::searchFromPoint(const Corners& corners)
+{
+    const Eigen::Vector3d closest = closestToOrigin(corners);
+    const double distance = closest.norm();
+    if (distance > double(m_limit))
+        return {GjkState::Separated, false};
+    // In the plane of the triangle, either side will do.
+    const Eigen::Vector3d across = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
+    const Eigen::Vector3d normal =
+        distance > kOnTriangle * double(m_limit) ? Eigen::Vector3d(-closest) : across;
+    const double length = normal.norm();
+    m_touch = {length > 0.0 ? Eigen::Vector3d(normal / length) : Eigen::Vector3d::UnitY(), distance, closest};
+    return {GjkState::Near, false};
+}
+
+void TriangleSearch::count(GjkState state)
+{
+    IsaGjkRegistration::Counters& counters = m_isaGjk.counters();
+    switch (state)
+    {
+        case GjkState::Separated:
+            return counters.separated.add(1);
+        case GjkState::NotConverged:
+            return counters.notConverged.add(1);
+        default:
+            counters.touching.add(1);
+            counters.depths.add(state == GjkState::Overlapping ? 1 : 0);
+    }
+}
+
+/// The distance of the shapes with their margins, for one of the cores.
+double TriangleSearch::gapAt(double distance) const
+{
+    return distance - double(m_pair.a.margin) - double(m_limits.meshMargin);
+}
+
+Eigen::Vector3d TriangleSearch::placeOnConvex() const
+{
+    return touchedPoint() + (m_touch.distance - double(m_pair.a.margin)) * m_touch.normal;
+}
+
+bool TriangleSearch::isTouchAlone() const
+{
+    return m_pair.a.kind == ConvexKind::Sphere || m_isaGjk.options().patchPoints == 1 ||
+           cullet::isTouchAlone(*m_cores.a, *m_cores.b, m_touch, double(m_limit));
+}
+
+void TriangleSearch::addTouch(const Eigen::Vector3d& place, const TriangleBatch::Triangle& triangle,
+                              MeshPoints& points) const
+{
+    if (m_touch.distance <= double(m_limit))
+        points.add({place, m_touch.normal, gapAt(m_touch.distance), triangle, m_touch});
+}
+
+void TriangleSearch::addPatch(const MeshPoint& touch, const Corners& corners, MeshPoints& points)
+{
+    place(corners);
+    m_touch = touch.touch;
+    // The search has found them, too, or has built a graph.
+    m_cores.findFans(m_touch.normal, m_touch.vertexA, m_touch.vertexB);
+    const ContactPatch patch =
+        makeContactPatch(*m_cores.a, *m_cores.b, m_touch,
+                         {double(m_limit), m_limits.breakingThreshold, m_isaGjk.options().patchPoints},
+                         {m_cores.fanA ? &*m_cores.fanA : nullptr, m_cores.fanB ? &*m_cores.fanB : nullptr});
+    for (int i = 0; i < patch.count; ++i)
+    {
+        const ContactPoint& point = patch.points[static_cast<std::size_t>(i)];
+        const double distance = double(point.distance);
+        const Eigen::Vector3d onMesh = touchedPoint() + toEigen(point.fromTouch).cast<double>();
+        points.add({onMesh + (distance - double(m_pair.a.margin)) * m_touch.normal, m_touch.normal,
+                    gapAt(distance), touch.triangle, m_touch});
+    }
+}
+
+void TriangleSearch::askBullet(const Corners& corners, const TriangleBatch::Triangle& triangle,
+                               btPersistentManifold& manifold, btDispatcher& dispatcher,
+                               const btDispatcherInfo& info, MeshPoints& points)
+{
+    const btTransform inFrame = btTransform::getIdentity();
+    for (int i = 0; i < 3; ++i)
+        m_triangle.m_vertices1[i] = toBullet(corners[i]);
+    m_triangle.setMargin(m_limits.meshMargin);
+    const btCollisionObjectWrapper convexWrap(nullptr, &m_pair.a.shape, manifold.getBody0(), m_coreAt, -1,
+                                              -1);
+    const btCollisionObjectWrapper triangleWrap(nullptr, &m_triangle, manifold.getBody1(), inFrame, -1, -1);
+    Collector result(convexWrap, triangleWrap, triangle, points);
+    const btCollisionAlgorithmConstructionInfo construction(&dispatcher, 0);
+    btConvexConvexAlgorithm algorithm(&manifold, construction, &convexWrap, &triangleWrap,
+                                      m_isaGjk.stock().m_pdSolver, 0, 0);
+    algorithm.processCollision(&convexWrap, &triangleWrap, info, &result);
+}
+}  // namespace CULLET_PRECISION
+}  // namespace cullet

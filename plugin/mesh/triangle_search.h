@@ -1,0 +1,93 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "cullet/plugin/convex/settled_search.h"
+#include "cullet/plugin/isa_gjk.h"
+#include "cullet/plugin/mesh/mesh_points.h"
+#include "cullet/plugin/mesh/triangle_batch.h"
+
+#include <BulletCollision/CollisionShapes/btTriangleShape.h>
+
+#include <optional>
+
+namespace cullet
+{
+inline namespace CULLET_PRECISION
+{
+/// Distances of shapes in a contact with a mesh, in length units of the world.
+struct MeshLimits
+{
+    btScalar meshMargin;
+    btScalar breakingThreshold;
+};
+
+/// Finds the contact of a convex core with one triangle after the other, in the frame of the core.
+///
+/// A contact is a function of the core and the triangle, whatever a cache contains.
+class TriangleSearch
+{
+public:
+    using Corners = Eigen::Vector3d[3];
+
+    /// @param convex   in the world
+    /// @param hulls    of the pair; the first is the body's
+    /// @param manifold of the pair
+    TriangleSearch(IsaGjkRegistration& isaGjk, const ConvexSide& convex, const CoreFrame& frame,
+                   HullUse (&hulls)[2], const MeshLimits& limits);
+    TriangleSearch(const TriangleSearch&) = delete;
+    TriangleSearch& operator=(const TriangleSearch&) = delete;
+
+    /// False for a core without points, or without memory.
+    bool isPossible() const { return m_cores.a.has_value(); }
+    const PosedShape& core() const { return *m_cores.a; }
+    /// The distance of core and triangle up to which they touch.
+    btScalar limit() const { return m_limit; }
+
+    /// @param corners not finite: Separated
+    /// @param cache   [in, out] where the search begins; guesses that have been settled
+    /// @return Separated, Near, Overlapping; NotConverged if Bullet's algorithm must answer
+    ContactSearchResult search(const Corners& corners, GjkCache<btScalar>& cache);
+
+    // The result of the last search, if it was Near or Overlapping.
+
+    const Eigen::Vector3d& normal() const { return m_touch.normal; }
+    /// The point of the triangle, without margins.
+    Eigen::Vector3d touchedPoint() const { return m_cores.a->origin() + m_touch.onB; }
+    /// The point of the convex shape, with its margin.
+    Eigen::Vector3d placeOnConvex() const;
+    /// Whether no other point than the touch carries the contact; see isSteep().
+    bool isTouchAlone() const;
+    /// @param place see MeshPoint
+    void addTouch(const Eigen::Vector3d& place, const TriangleBatch::Triangle& triangle,
+                  MeshPoints& points) const;
+
+    /// Adds the points of the patch around a touch.
+    ///
+    /// @param corners of its triangle
+    void addPatch(const MeshPoint& touch, const Corners& corners, MeshPoints& points);
+
+    /// Lets Bullet's algorithm find the points of the last triangle.
+    void askBullet(const Corners& corners, const TriangleBatch::Triangle& triangle,
+                   btPersistentManifold& manifold, btDispatcher& dispatcher, const btDispatcherInfo& info,
+                   MeshPoints& points);
+
+private:
+    void place(const Corners& corners);
+    ContactSearchResult searchFromPoint(const Corners& corners);
+    ContactSearchResult searchFromCore(const Corners& corners, GjkCache<btScalar>& cache);
+    void count(GjkState state);
+    double gapAt(double distance) const;
+
+    IsaGjkRegistration& m_isaGjk;
+    const MeshLimits m_limits;
+    HullUse (&m_hulls)[2];
+    btTransform m_coreAt, m_triangleAt;
+    btTriangleShape m_triangle;
+    ConvexPair m_pair;
+    const btScalar m_limit;
+    ConvexCores m_cores;
+    Touch m_touch;
+};
+}  // namespace CULLET_PRECISION
+}  // namespace cullet
