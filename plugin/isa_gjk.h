@@ -42,9 +42,14 @@ struct IsaGjkOptions
     /// for a box on its face, two for an edge, one for a vertex. The deepest point is always among them. With 1 or 2,
     /// bodies do not rest on their faces. Other numbers are clamped, with a warning.
     int patchPoints = 4;
-    /// Let cullet choose the triangles of meshes, height fields and other concave shapes that a hull, box or capsule may
-    /// touch. If false, Bullet's loop over triangles does.
+    /// Let cullet choose the triangles of meshes, height fields and other concave shapes that a hull, box, capsule or
+    /// sphere may touch, and the points that carry the contact. If false, Bullet's loop over triangles does.
     bool meshes = true;
+    /// Correct the normals of contacts at edges and corners of triangles that their neighbours cover, so that a body that
+    /// slides over a mesh does not hit the edges between its triangles. The application prepares nothing; contacts of
+    /// meshes with a btTriangleInfoMap are left to btAdjustInternalEdgeContacts(). Off by default, since normals differ
+    /// from Bullet's. Needs `meshes`. A body at rest costs as much as without.
+    bool activeEdges = false;
 };
 
 /// Counters since the registration, summed over all pairs.

@@ -73,6 +73,7 @@ Settings read()
     if (!readFlag("CULLET_BOXES").value_or(true))
         result.narrowPhase.boxPairs = BoxPairs::Bullet;
     result.narrowPhase.meshes = readFlag("CULLET_MESHES").value_or(true);
+    result.narrowPhase.activeEdges = readFlag("CULLET_ACTIVE_EDGES").value_or(false);
     readPatchPoints(result.narrowPhase.patchPoints);
     readBackend(result);
     return result;

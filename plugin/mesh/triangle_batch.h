@@ -42,6 +42,13 @@ public:
                m_meshOrigin;
     }
 
+    /// From this frame to the mesh's.
+    Eigen::Vector3d toMesh(const Eigen::Vector3d& point) const { return turnedToMesh(point - m_meshOrigin); }
+    Eigen::Vector3d turnedToMesh(const Eigen::Vector3d& direction) const
+    {
+        return m_meshBasis.transpose() * direction;
+    }
+
     btVector3 toWorld(const Eigen::Vector3d& point) const;
     btVector3 turnedToWorld(const Eigen::Vector3d& direction) const;
 

@@ -3,6 +3,7 @@
 #include "cullet/plugin/mesh/triangle_pass.h"
 
 #include "cullet/plugin/contact/manifold_renewal.h"
+#include "cullet/plugin/mesh/active_edges.h"
 #include "cullet/plugin/mesh/triangle_source.h"
 
 #include <BulletCollision/CollisionShapes/btConcaveShape.h>
@@ -92,6 +93,7 @@ TrianglePass::TrianglePass(IsaGjkRegistration& isaGjk, MeshQuery& query,
       m_frame(convex.getWorldTransform(), mesh.getWorldTransform()),
       m_limits{marginOfMesh(m_side, mesh), query.manifold.getContactBreakingThreshold()},
       m_showsEveryPoint(showsEveryPoint()),
+      m_reading(correctsEdges() ? Reading::Candidates : Reading::Batch),
       m_touches(double(m_limits.breakingThreshold), double(m_limits.breakingThreshold)),
       m_points(double(m_limits.breakingThreshold), double(m_limits.breakingThreshold))
 {
@@ -104,6 +106,11 @@ bool TrianglePass::showsEveryPoint() const
     return gContactAddedCallback != nullptr && (flags & btCollisionObject::CF_CUSTOM_MATERIAL_CALLBACK) != 0;
 }
 
+bool TrianglePass::correctsEdges() const
+{
+    return m_isaGjk.options().activeEdges && !hasInternalEdges(*m_mesh.getCollisionShape());
+}
+
 void TrianglePass::run()
 {
     // The box that Bullet asks for.
@@ -114,21 +121,86 @@ void TrianglePass::run()
     m_boxMin -= margin;
     m_boxMax += margin;
     m_query.next.clear();
-    forEachTriangle(*static_cast<const btConcaveShape*>(m_mesh.getCollisionShape()), *this, m_boxMin,
-                    m_boxMax);
+    readMesh();
     flush();
     storeAxes();
     m_query.known.swap(m_query.next);
     renewManifold();
 }
 
+void TrianglePass::readMesh()
+{
+    const auto& shape = *static_cast<const btConcaveShape*>(m_mesh.getCollisionShape());
+    if (m_reading == Reading::Batch)
+        return forEachTriangle(shape, *this, m_boxMin, m_boxMax);
+    m_query.candidates.clear();
+    // A contact may be outside of the box by as much, and so may the neighbours there.
+    const btScalar more = m_limits.breakingThreshold;
+    const btVector3 grown(more, more, more);
+    forEachTriangle(shape, *this, m_boxMin - grown, m_boxMax + grown);
+    readCandidates();
+}
+
 void TrianglePass::processTriangle(btVector3* corners, int part, int index)
+{
+    if (m_reading == Reading::Batch)
+        return addToBatch(corners, part, index);
+    try
+    {
+        m_query.candidates.push_back({{corners[0], corners[1], corners[2]}, part, index});
+    }
+    catch (const std::bad_alloc&)
+    {
+        // No triangle is lost; edges are those of Bullet.
+        m_reading = Reading::Batch;
+        readCandidates();
+        addToBatch(corners, part, index);
+    }
+}
+
+void TrianglePass::readCandidates()
+{
+    for (const TriangleBatch::Triangle& triangle : m_query.candidates)
+        addToBatch(triangle.corners, triangle.part, triangle.index);
+}
+
+void TrianglePass::addToBatch(const btVector3* corners, int part, int index)
 {
     if (!TestTriangleAgainstAabb2(corners, m_boxMin, m_boxMax))
         return;
     m_batch.add(corners, part, index);
     if (m_batch.isFull())
         flush();
+}
+
+/// Corrects the last touch at an edge that a neighbour covers.
+///
+/// @return false if a neighbour has the contact
+bool TrianglePass::correct(const TriangleSearch::Corners& corners, const TriangleBatch::Triangle& triangle)
+{
+    const std::vector<TriangleBatch::Triangle>& all = m_query.candidates;
+    // Triangles come in the order of the candidates.
+    while (m_candidate < all.size() &&
+           (all[m_candidate].index != triangle.index || all[m_candidate].part != triangle.part))
+        ++m_candidate;
+    if (m_candidate == all.size())
+        return true;
+    const TriangleView view = {all[0].corners, sizeof(all[0]), static_cast<int>(all.size())};
+    TriangleContact contact = {m_frame.turnedToMesh(m_search->normal()),
+                               m_frame.toMesh(m_search->touchedPoint()), m_search->distance()};
+    const Eigen::Vector3d inside = m_frame.toMesh(m_search->core().centre() + m_search->core().origin());
+    switch (correctAtEdges(view, static_cast<int>(m_candidate), inside, contact))
+    {
+        case EdgeVerdict::Keep:
+            return true;
+        case EdgeVerdict::Turn:
+            m_search->turnTouch(corners, m_frame.meshBasis() * contact.normal,
+                                m_frame.meshBasis() * contact.onTriangle + m_frame.meshOrigin(),
+                                contact.distance);
+            return true;
+        default:
+            return false;
+    }
 }
 
 /// What all triangles are compared with. Most bodies above a mesh have none in their boxes.
@@ -190,8 +262,11 @@ void TrianglePass::ask(int i)
             m_search->askBullet(corners, triangle, m_query.manifold, m_dispatcher, m_info, m_points);
             break;
         default:
+            if (m_reading == Reading::Candidates && !correct(corners, triangle))
+                return;
             addTouch(i);
-            if (found.state == GjkState::Near && found.isSettled && !m_showsEveryPoint)
+            if (m_reading == Reading::Batch && found.state == GjkState::Near && found.isSettled &&
+                !m_showsEveryPoint)
                 m_batch.dropRepeats(i, m_search->normal(), m_search->touchedPoint());
     }
     if (m_showsEveryPoint)

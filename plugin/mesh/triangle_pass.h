@@ -38,8 +38,9 @@ struct MeshQuery
     std::array<std::array<float, 3>, kAxes> axes;  ///< that have dropped triangles; in the mesh's frame
     std::size_t axisCount = 0;
     static constexpr std::size_t kMostKnown = 64;
-    std::vector<TriangleMemory> known;  ///< of the last step, in its order
-    std::vector<TriangleMemory> next;   ///< of this step
+    std::vector<TriangleMemory> known;                ///< of the last step, in its order
+    std::vector<TriangleMemory> next;                 ///< of this step
+    std::vector<TriangleBatch::Triangle> candidates;  ///< of this step, for IsaGjkOptions::activeEdges
 };
 
 /// One call of a MeshAlgorithm: reads the triangles in the convex body's box, drops those that cannot touch, finds where
@@ -75,6 +76,18 @@ private:
     /// Of the touches with patches, so many are kept.
     static constexpr int kMostPatches = 4;
 
+    /// What is done with a triangle that the mesh names.
+    enum class Reading
+    {
+        Batch,      ///< it goes to the batch
+        Candidates  ///< it is kept, since contacts at edges are corrected by their neighbours
+    };
+
+    bool correctsEdges() const;
+    void readMesh();
+    void readCandidates();
+    void addToBatch(const btVector3* corners, int part, int index);
+    bool correct(const TriangleSearch::Corners& corners, const TriangleBatch::Triangle& triangle);
     bool examineCore();
     void flush();
     void ask(int i);
@@ -108,6 +121,8 @@ private:
     std::size_t m_axisCount = 0;
     std::size_t m_likely = 0;  ///< place of the next triangle in what the query knows
     bool m_showsEveryPoint;
+    Reading m_reading;
+    std::size_t m_candidate = 0;  ///< of the last corrected triangle
     TriangleBatch m_batch;
     MeshPoints m_touches;  ///< without their patches
     MeshPoints m_points;

@@ -45,6 +45,18 @@ Eigen::Vector3d closestToOrigin(const Eigen::Vector3d (&corners)[3])
     return isOver ? Eigen::Vector3d(normal * (normal.dot(corners[0]) / normal.squaredNorm())) : closest;
 }
 
+/// Whether a point in the plane of a triangle is in it.
+bool isOver(const Eigen::Vector3d (&corners)[3], const Eigen::Vector3d& point)
+{
+    const Eigen::Vector3d normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
+    for (int i = 0; i < 3; ++i)
+    {
+        if (normal.dot((corners[(i + 1) % 3] - corners[i]).cross(point - corners[i])) < 0.0)
+            return false;
+    }
+    return true;
+}
+
 /// Adds what Bullet's algorithm reports for a triangle to the points of the mesh.
 class Collector final : public btManifoldResult
 {
@@ -158,6 +170,22 @@ bool TriangleSearch::isTouchAlone() const
 {
     return m_pair.a.kind == ConvexKind::Sphere || m_isaGjk.options().patchPoints == 1 ||
            cullet::isTouchAlone(*m_cores.a, *m_cores.b, m_touch, double(m_limit));
+}
+
+void TriangleSearch::turnTouch(const Corners& corners, const Eigen::Vector3d& normal,
+                               const Eigen::Vector3d& onTriangle, double distance)
+{
+    const SupportPoint lowest = core().support(-normal, m_touch.vertexA);
+    const Eigen::Vector3d point = lowest.point + core().origin();
+    const bool isDeep = m_touch.distance < 0.0;
+    m_touch = {normal, distance, onTriangle - core().origin(), lowest.vertex};
+    const double height = normal.dot(point - corners[0]);
+    const Eigen::Vector3d foot = point - height * normal;
+    if (isDeep && isOver(corners, foot))
+    {
+        m_touch.distance = height;
+        m_touch.onB = foot - core().origin();
+    }
 }
 
 void TriangleSearch::addTouch(const Eigen::Vector3d& place, const TriangleBatch::Triangle& triangle,

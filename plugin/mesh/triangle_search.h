@@ -52,6 +52,8 @@ public:
     // The result of the last search, if it was Near or Overlapping.
 
     const Eigen::Vector3d& normal() const { return m_touch.normal; }
+    /// Of the cores; negative: depth.
+    double distance() const { return m_touch.distance; }
     /// The point of the triangle, without margins.
     Eigen::Vector3d touchedPoint() const { return m_cores.a->origin() + m_touch.onB; }
     /// The point of the convex shape, with its margin.
@@ -61,6 +63,13 @@ public:
     /// @param place see MeshPoint
     void addTouch(const Eigen::Vector3d& place, const TriangleBatch::Triangle& triangle,
                   MeshPoints& points) const;
+
+    /// Replaces the touch by one with another normal. If the cores overlap, the depth along the new normal is measured.
+    ///
+    /// @param corners    of the triangle of the last search
+    /// @param onTriangle point of the triangle, without margins
+    void turnTouch(const Corners& corners, const Eigen::Vector3d& normal, const Eigen::Vector3d& onTriangle,
+                   double distance);
 
     /// Adds the points of the patch around a touch.
     ///
