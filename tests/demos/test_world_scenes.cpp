@@ -80,9 +80,10 @@ TEST(WorldScenes, DependOnTheirSeed)
 {
     // The other scenes draw nothing at random.
     for (const std::string name :
-         {"drop",      "boxes",  "hulls",   "hills",      "thesis",   "W1",     "W2",       "W3",
-          "W4",        "W5",     "pour",    "pile",       "static",   "planet", "stampede", "crowd",
-          "compounds", "robots", "terrain", "free-hulls", "ragdolls", "statics"})
+         {"drop",     "boxes", "hulls",     "hills",  "thesis",  "W1",         "W2",
+          "W3",       "W4",    "W5",        "pour",   "pile",    "static",     "planet",
+          "stampede", "crowd", "compounds", "robots", "terrain", "free-hulls", "ragdolls",
+          "statics",  "city",  "needles",   "slide"})
     {
         WorldSceneOptions options = makeOptions(50);
         const auto one = makeWorldScene(name, options);
@@ -97,9 +98,9 @@ TEST(WorldScenes, DependOnTheirSeed)
 TEST(WorldScenes, HaveTheBodiesThatWereAskedFor)
 {
     for (const std::string name :
-         {"drop",      "boxes",   "barrels",    "hills",       "thesis",   "W2",     "pile",
-          "wall",      "domino",  "cards",      "planet",      "stampede", "soft",   "crowd",
-          "compounds", "terrain", "free-hulls", "convex-mesh", "pyramid",  "statics"})
+         {"drop",       "boxes",       "barrels", "hills",    "thesis", "W2",      "pile",      "wall",
+          "domino",     "cards",       "planet",  "stampede", "soft",   "crowd",   "compounds", "terrain",
+          "free-hulls", "convex-mesh", "pyramid", "statics",  "city",   "needles", "slide"})
         EXPECT_EQ(countObjects(*make(name, 101), moves), 101) << name;
 }
 

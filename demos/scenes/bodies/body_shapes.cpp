@@ -97,17 +97,16 @@ HullPoints makeIcosphere(float radius)
     return sphere;
 }
 
-HullPoints makeRings(const std::string& name, const std::vector<Ring>& rings, int axis)
+HullPoints makeRings(const std::string& name, const std::vector<Ring>& rings, int axis, int perRing)
 {
-    constexpr int kPerRing = 11;
-    constexpr float kTurn = 6.28318531f / kPerRing;
+    const float turn = 6.28318531f / static_cast<float>(perRing);
     HullPoints hull;
     hull.name = name;
     for (const Ring& ring : rings)
     {
-        for (int i = 0; i < kPerRing; ++i)
+        for (int i = 0; i < perRing; ++i)
         {
-            const float angle = kTurn * static_cast<float>(i);
+            const float angle = turn * static_cast<float>(i);
             const float across = ring.radius * std::cos(angle), up = ring.radius * std::sin(angle);
             hull.points.push_back(axis == 0 ? Point{ring.height, across, up}
                                             : Point{across, ring.height, up});

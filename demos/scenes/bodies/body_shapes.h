@@ -52,8 +52,8 @@ struct Ring
     float radius;
 };
 
-/// Rings of eleven points each around axis 0 (x) or 1 (y).
-HullPoints makeRings(const std::string& name, const std::vector<Ring>& rings, int axis);
+/// Rings of points around axis 0 (x) or 1 (y).
+HullPoints makeRings(const std::string& name, const std::vector<Ring>& rings, int axis, int perRing = 11);
 
 /// `count` random hulls with `points` vertices each, on spheres of diameter 1; the same for the same seed.
 std::vector<HullPoints> makeRandomHulls(std::size_t count, std::size_t points, std::uint64_t seed);

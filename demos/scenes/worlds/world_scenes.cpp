@@ -9,6 +9,7 @@
 #include "cullet/demos/scenes/worlds/flying_world.h"
 #include "cullet/demos/scenes/worlds/heap_worlds.h"
 #include "cullet/demos/scenes/worlds/hull_worlds.h"
+#include "cullet/demos/scenes/worlds/mesh_worlds.h"
 #include "cullet/demos/scenes/worlds/ragdolls_world.h"
 #include "cullet/demos/scenes/worlds/soft_world.h"
 #include "cullet/demos/scenes/worlds/space_worlds.h"
@@ -35,6 +36,11 @@ const std::vector<WorldSceneInfo>& worldScenes()
          makeFreeHullsScene},
         {"convex-mesh", "boxes, spheres, capsules and hulls fall onto a mesh; Jolt's ConvexVsMesh", 1764, 1e3,
          makeConvexMeshScene},
+        {"city", "boxes, spheres, capsules and hulls fall onto a mesh of small and huge triangles", 1000, 1e3,
+         makeCityScene},
+        {"needles", "boxes, spheres, capsules and hulls fall onto triangles of 2 cm by 8 m", 1000, 1e3,
+         makeNeedlesScene},
+        {"slide", "bodies slide over a flat mesh without friction, at 1 to 15 m/s", 24, 1e3, makeSlideScene},
         {"compounds", "compounds of five hulls fall into a walled square", 216, 1e3, makeCompoundsScene},
         {"robots", "multibodies with four driven wheels each, on a walled floor", 25, 1e3, makeRobotsScene},
         {"thesis", "spheres of 80 triangles, uniform, random velocities; no response", 4000, 1e4,
