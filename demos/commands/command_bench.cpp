@@ -28,6 +28,15 @@ void addFileOptions(CLI::App& command, FileOptions& files)
     command.add_option("--csv", files.csv, "write results to this file");
 }
 
+CLI::Option* addList(CLI::App& command, const std::string& name, std::vector<std::string>& values,
+                     const std::string& help, const std::vector<std::string>& known)
+{
+    return command.add_option(name, values, help)
+        ->delimiter(',')
+        ->capture_default_str()
+        ->check(CLI::IsMember(known));
+}
+
 void requireReleaseBuild()
 {
     if (isDebugBuild())
@@ -228,6 +237,7 @@ void addBenchCommand(CLI::App& program, Action& chosen)
     command->footer("Example:\n  cullet bench world --scene hulls --bodies 4000 --backend grid,dbvt\n");
     addBroad(*command, chosen);
     addWorldBench(*command, chosen);
+    addMeshBench(*command, chosen);
     addNarrowBench(*command, chosen);
     addCudaBench(*command, chosen);
 }

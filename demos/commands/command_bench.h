@@ -7,6 +7,7 @@
 #include "cullet/demos/program/precision.h"
 
 #include <string>
+#include <vector>
 
 // Functions shared by the subcommands of `cullet bench`.
 namespace cullet
@@ -20,6 +21,10 @@ struct FileOptions
 
 void addFileOptions(CLI::App& command, FileOptions& files);
 
+/// An option of one or several names, separated by commas.
+CLI::Option* addList(CLI::App& command, const std::string& name, std::vector<std::string>& values,
+                     const std::string& help, const std::vector<std::string>& known);
+
 /// Throws ProgramError (kExitUnavailable) in a debug build.
 void requireReleaseBuild();
 
@@ -28,6 +33,9 @@ void printHead();
 
 /// Adds `bench world`.
 void addWorldBench(CLI::App& bench, Action& chosen);
+
+/// Adds `bench mesh`.
+void addMeshBench(CLI::App& bench, Action& chosen);
 
 /// Adds `bench narrow`.
 void addNarrowBench(CLI::App& bench, Action& chosen);

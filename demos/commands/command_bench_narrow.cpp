@@ -56,15 +56,6 @@ int benchNarrow(NarrowOptions options, const FileOptions& files)
     file.save();
     return isInterrupted() ? kExitInterrupted : kExitOk;
 }
-
-CLI::Option* addList(CLI::App& command, const std::string& name, std::vector<std::string>& values,
-                     const std::string& help, const std::vector<std::string>& known)
-{
-    return command.add_option(name, values, help)
-        ->delimiter(',')
-        ->capture_default_str()
-        ->check(CLI::IsMember(known));
-}
 }  // namespace
 
 void addNarrowBench(CLI::App& bench, Action& chosen)
