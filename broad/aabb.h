@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include "cullet/base/float_rounding.h"
 #include "cullet/broad/host_device.h"
 
-#include <cmath>
 #include <cstdint>
 #include <limits>
 
@@ -71,23 +71,5 @@ inline bool operator==(const Aabb& a, const Aabb& b) noexcept
 inline bool operator!=(const Aabb& a, const Aabb& b) noexcept
 {
     return !(a == b);
-}
-
-/// Largest float that is not above `value`; -inf and +inf stay, a value beyond the float range becomes -inf or FLT_MAX.
-inline float roundDownToFloat(double value) noexcept
-{
-    const float nearest = static_cast<float>(value);
-    return static_cast<double>(nearest) > value
-               ? std::nextafter(nearest, -std::numeric_limits<float>::infinity())
-               : nearest;
-}
-
-/// Smallest float that is not below `value`.
-inline float roundUpToFloat(double value) noexcept
-{
-    const float nearest = static_cast<float>(value);
-    return static_cast<double>(nearest) < value
-               ? std::nextafter(nearest, std::numeric_limits<float>::infinity())
-               : nearest;
 }
 }  // namespace cullet

@@ -3,9 +3,10 @@
 
 # cmake -DROOT=<source folder> -P check_includes.cmake
 #
-# Holds the arrows between the folders: preload, abi -> plugin; plugin -> broad, narrow, cuda; cuda -> broad; all -> base; broad and
-# narrow know neither Bullet nor CUDA nor each other. And those between the rooms of a folder, see room(). An include in quotes is
-# spelled as after install and names the folder, so that a reader sees the arrow.
+# Holds the arrows between the folders: preload, abi -> plugin; plugin -> broad, narrow, mid, cuda; mid -> narrow; cuda -> broad;
+# all -> base; broad, narrow and mid know neither Bullet nor CUDA, and broad and narrow not each other. And those between the
+# rooms of a folder, see room(). An include in quotes is spelled as after install and names the folder, so that a reader sees
+# the arrow.
 
 cmake_minimum_required(VERSION 3.22)
 
@@ -53,12 +54,13 @@ check_folder(broad MAY base broad NEVER "${bullet}" "${cuda}" "${eigen}" "${test
 # A source file that nvcc never sees may solve its eigenvalue problem with Eigen.
 list(FILTER found EXCLUDE REGEX "^broad/psap/thesis/principal_axis\\.cpp: <Eigen/")
 check_folder(narrow MAY base narrow NEVER "${bullet}" "${cuda}" "${test_only}")
+check_folder(mid MAY base narrow mid NEVER "${bullet}" "${cuda}" "${test_only}")
 check_folder(cuda MAY base cuda broad NEVER "${bullet}" "${eigen}" "${test_only}")
-check_folder(plugin MAY base plugin broad narrow cuda NEVER "${cuda}" "${test_only}")
+check_folder(plugin MAY base plugin broad narrow mid cuda NEVER "${cuda}" "${test_only}")
 check_folder(preload MAY preload plugin NEVER "${cuda}" "${test_only}")
 check_folder(abi MAY base abi plugin broad narrow cuda NEVER "${cuda}" "${test_only}")
-check_folder(demos MAY base demos generated plugin broad narrow cuda NEVER "${kernels}" "${test_only}")
-check_folder(tests MAY base tests demos generated abi plugin broad narrow cuda)
+check_folder(demos MAY base demos generated plugin broad narrow mid cuda NEVER "${kernels}" "${test_only}")
+check_folder(tests MAY base tests demos generated abi plugin broad narrow mid cuda)
 
 # room(<folder> MAY <folder>...): what the files of a folder, without those below it, may include besides each other.
 function(room folder)
@@ -70,11 +72,12 @@ endfunction()
 set(rooms "")
 room(base)
 room(base/threads MAY base)
+room(base/trees MAY base base/threads)
 room(broad MAY base broad/boxes)
 room(broad/boxes MAY base broad)
 room(broad/recording MAY broad)
 room(broad/pairs MAY base base/threads broad broad/boxes)
-room(broad/queries MAY base broad broad/boxes)
+room(broad/queries MAY base base/trees broad broad/boxes)
 room(broad/grid/columns MAY base base/threads broad broad/boxes)
 room(broad/grid/kernels MAY base broad broad/boxes broad/grid/columns)
 room(broad/small MAY base broad broad/boxes broad/pairs broad/grid/columns)
@@ -98,6 +101,7 @@ room(narrow/hull MAY base narrow/math)
 room(narrow/build MAY base narrow/hull narrow/math)
 room(narrow/gjk MAY base narrow/hull narrow/math)
 room(narrow/epa MAY base narrow/gjk narrow/hull narrow/math)
+room(mid MAY base base/threads base/trees)
 room(cuda/runtime MAY broad broad/psap/exec)
 room(cuda/kernels MAY broad broad/psap/data broad/psap/exec broad/psap/tiles cuda/runtime)
 room(cuda MAY base broad broad/psap cuda/kernels cuda/runtime)
@@ -125,7 +129,7 @@ set(back_edges
 string(REPLACE "." "[.]" back_edges "${back_edges}")
 
 set(used_edges "")
-foreach(folder base broad narrow cuda plugin)
+foreach(folder base broad narrow mid cuda plugin)
     file(GLOB_RECURSE files RELATIVE "${ROOT}" "${ROOT}/${folder}/*.h" "${ROOT}/${folder}/*.cpp" "${ROOT}/${folder}/*.inl"
         "${ROOT}/${folder}/*.cu" "${ROOT}/${folder}/*.cuh")
     foreach(file IN LISTS files)
@@ -162,7 +166,7 @@ endforeach()
 
 # check_stands(<what> <regex> <regex of the files in which it may stand>): device code and assembler, in as few files as can be.
 function(check_stands what regex may)
-    foreach(folder base broad narrow cuda plugin abi preload)
+    foreach(folder base broad narrow mid cuda plugin abi preload)
         file(GLOB_RECURSE files RELATIVE "${ROOT}" "${ROOT}/${folder}/*.h" "${ROOT}/${folder}/*.cpp" "${ROOT}/${folder}/*.inl"
             "${ROOT}/${folder}/*.cu" "${ROOT}/${folder}/*.cuh")
         list(FILTER files EXCLUDE REGEX "^(${may})$")

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #include "cullet/broad/queries/bvh.h"
 
+#include "cullet/base/trees/wide_tree_order.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -9,32 +11,6 @@ namespace cullet
 {
 namespace
 {
-/// Boxes whose sizes share these octaves share leaves. Measured on sizes over three decades: with one octave queries
-/// cost up to twice as much, with four no more than with none; without classes a few huge boxes enlarge every node
-/// above small ones.
-constexpr int kOctavesPerClass = 4;
-
-struct Item
-{
-    float centre[3];
-    ProxyId row;
-};
-
-struct Extent
-{
-    float min[3] = {INFINITY, INFINITY, INFINITY};
-    float max[3] = {-INFINITY, -INFINITY, -INFINITY};
-
-    void include(const float* point) noexcept
-    {
-        for (int axis = 0; axis < 3; ++axis)
-        {
-            min[axis] = std::min(min[axis], point[axis]);
-            max[axis] = std::max(max[axis], point[axis]);
-        }
-    }
-};
-
 /// @param inner valid or kEmptyAabb, which nothing contains
 bool contains(const Aabb& outer, const Aabb& inner) noexcept
 {
@@ -76,163 +52,6 @@ void setLane(BoxNode& node, std::uint32_t lane, const Aabb& box) noexcept
         node.planes[axis + 3][lane] = box.max[axis];
     }
 }
-
-/// The axis along which the centres spread most; -1 when they are all one point.
-int widestAxis(const Item* begin, const Item* end) noexcept
-{
-    // Two accumulators per bound: the latency of the chain of minima limits this loop.
-    Extent even;
-    Extent odd;
-    const Item* item = begin;
-    for (; end - item >= 2; item += 2)
-    {
-        even.include(item[0].centre);
-        odd.include(item[1].centre);
-    }
-    if (item != end)
-        even.include(item->centre);
-    float size[3];
-    for (int axis = 0; axis < 3; ++axis)
-        size[axis] = std::max(even.max[axis], odd.max[axis]) - std::min(even.min[axis], odd.min[axis]);
-    const int widest = static_cast<int>(std::max_element(size, size + 3) - size);
-    return size[widest] > 0.0f ? widest : -1;
-}
-
-/// Moves the items whose key is below the pivot to the front and returns the first of the others.
-///
-/// Without a branch on the data: on random keys the mispredictions of std::nth_element cost five times as much.
-template <class IsLow>
-Item* partition(Item* begin, Item* end, IsLow isLow) noexcept
-{
-    Item* low = begin;
-    for (Item* item = begin; item != end; ++item)
-    {
-        const Item moved = *item;
-        *item = *low;
-        *low = moved;
-        low += isLow(moved) ? 1 : 0;
-    }
-    return low;
-}
-
-float medianOf(float a, float b, float c) noexcept
-{
-    return std::max(std::min(a, b), std::min(std::max(a, b), c));
-}
-
-/// Median of nine items spread over the range, an estimate of the middle key.
-float pivotOf(const Item* begin, const Item* end, int axis) noexcept
-{
-    const std::ptrdiff_t step = (end - begin - 1) / 8;
-    const auto key = [=](int i) { return begin[i * step].centre[axis]; };
-    return medianOf(medianOf(key(0), key(1), key(2)), medianOf(key(3), key(4), key(5)),
-                    medianOf(key(6), key(7), key(8)));
-}
-
-/// std::nth_element by one coordinate: quickselect, and after too many rounds the standard function, for its bound.
-void selectByAxis(Item* begin, Item* nth, Item* end, int axis) noexcept
-{
-    for (int round = 0; end - begin > 8 && round < 40; ++round)
-    {
-        const float pivot = pivotOf(begin, end, axis);
-        Item* low = partition(begin, end, [=](const Item& item) { return item.centre[axis] < pivot; });
-        if (low == begin)
-        {
-            // The pivot is the lowest key: all equal keys are moved at once, however many there are.
-            low = partition(begin, end, [=](const Item& item) { return item.centre[axis] <= pivot; });
-            if (nth < low)
-                return;
-        }
-        (nth < low ? end : begin) = low;
-    }
-    std::nth_element(begin, nth, end,
-                     [axis](const Item& a, const Item& b) { return a.centre[axis] < b.centre[axis]; });
-}
-
-/// Orders the items of slots [begin, end) so that every node of a complete tree holds neighbours.
-///
-/// @param items    first item of the range
-/// @param capacity slots under one child at the present level; a range never crosses a node of eight times that
-void orderByMedians(Item* items, std::uint32_t begin, std::uint32_t end, std::uint32_t capacity)
-{
-    while (capacity >= 8)
-    {
-        const std::uint32_t first = begin / capacity;
-        const std::uint32_t last = (end - 1) / capacity;
-        if (first == last)
-        {
-            capacity /= 8;
-            continue;
-        }
-        const std::uint32_t middle = (first + (last - first + 1) / 2) * capacity;
-        const int axis = widestAxis(items, items + (end - begin));
-        if (axis < 0)
-            return;
-        selectByAxis(items, items + (middle - begin), items + (end - begin), axis);
-        orderByMedians(items, begin, middle, capacity);
-        items += middle - begin;
-        begin = middle;
-    }
-}
-
-/// Class of a box: the order of magnitude of its largest side; all tiny boxes share class 0.
-int sizeClass(const Aabb& box) noexcept
-{
-    const float size =
-        std::max({box.max[0] - box.min[0], box.max[1] - box.min[1], box.max[2] - box.min[2], 1e-30f});
-    return (std::ilogb(size) + 100) / kOctavesPerClass;
-}
-constexpr int kSizeClasses = 256 / kOctavesPerClass;
-
-/// Slots of the boxes of each class.
-struct ClassRanges
-{
-    int group[kSizeClasses];                // the range that a class belongs to
-    std::uint32_t begin[kSizeClasses + 1];  // by group; a multiple of 8, so that groups share no leaf
-    std::uint32_t end[kSizeClasses + 1];
-    int groupCount = 0;
-    std::uint32_t slots = 0;
-};
-
-/// Merges classes with too few boxes for a few leaves into the next larger class.
-ClassRanges rangesOfClasses(const Aabb* boxes, const std::vector<ProxyId>& rows)
-{
-    constexpr std::uint32_t kFewest = 64;
-    std::uint32_t counts[kSizeClasses] = {};
-    for (const ProxyId row : rows)
-        ++counts[sizeClass(boxes[row])];
-    ClassRanges ranges;
-    std::uint32_t held = 0;
-    for (int c = 0; c < kSizeClasses; ++c)
-    {
-        ranges.group[c] = ranges.groupCount;
-        held += counts[c];
-        if (held < kFewest && c + 1 < kSizeClasses)
-            continue;
-        ranges.begin[ranges.groupCount] = ranges.slots;
-        ranges.end[ranges.groupCount] = ranges.slots + held;
-        ranges.slots = (ranges.slots + held + 7) / 8 * 8;
-        ++ranges.groupCount;
-        held = 0;
-    }
-    return ranges;
-}
-
-std::vector<Item> itemsByClass(const Aabb* boxes, const std::vector<ProxyId>& rows, const ClassRanges& ranges)
-{
-    std::vector<Item> items(ranges.slots, Item{{0.0f, 0.0f, 0.0f}, kNoRow});
-    std::uint32_t next[kSizeClasses];
-    std::copy(ranges.begin, ranges.begin + ranges.groupCount, next);
-    for (const ProxyId row : rows)
-    {
-        const Aabb& box = boxes[row];
-        Item& item = items[next[ranges.group[sizeClass(box)]]++];
-        item.row = row;
-        for (int axis = 0; axis < 3; ++axis)
-            item.centre[axis] = 0.5f * box.min[axis] + 0.5f * box.max[axis];
-    }
-    return items;
-}
 }  // namespace
 
 /// Prefetches the boxes of a later leaf: neighbours in space are far apart in the table. Inlined, since GCC drops calls
@@ -249,24 +68,14 @@ std::vector<Item> itemsByClass(const Aabb* boxes, const std::vector<ProxyId>& ro
 
 void Bvh::build(const Aabb* boxes, const std::vector<ProxyId>& rows)
 {
-    const ClassRanges ranges = rangesOfClasses(boxes, rows);
-    std::vector<Item> items = itemsByClass(boxes, rows, ranges);
-    layOut(ranges.slots);
-    // Slots under one node of the topmost level that may branch; 8^10 is the last power that 32 bits hold.
-    std::uint32_t capacity = 8;
-    while (capacity < ranges.slots && capacity < 0x40000000u)
-        capacity *= 8;
-    for (int group = 0; group < ranges.groupCount; ++group)
-    {
-        const std::uint32_t begin = ranges.begin[group];
-        if (ranges.end[group] > begin)
-            orderByMedians(items.data() + begin, begin, ranges.end[group], capacity);
-    }
-    for (std::uint32_t slot = 0; slot < ranges.slots; ++slot)
-        m_rows[slot] = items[slot].row;
+    static_assert(sizeof(Aabb) == sizeof(float[6]) && kEmptySlot == kNoRow, "the same planes and marks");
+    const BoxesToOrder toOrder = {reinterpret_cast<const float(*)[6]>(boxes), rows.data(), rows.size()};
+    const std::vector<std::uint32_t> order = wideTreeOrder(toOrder, nullptr);
+    layOut(static_cast<std::uint32_t>(order.size()));
+    std::copy(order.begin(), order.end(), m_rows.begin());
     m_rowCount = static_cast<std::uint32_t>(rows.size());
     m_leafArea = 0.0;
-    for (std::uint32_t leaf = 0; leaf < ranges.slots / 8; ++leaf)
+    for (std::uint32_t leaf = 0; leaf < slotCount() / 8; ++leaf)
     {
         Aabb around;
         prefetch(leaf, boxes);
@@ -276,7 +85,7 @@ void Bvh::build(const Aabb* boxes, const std::vector<ProxyId>& rows)
     refitInner();
     m_leafAreaAtBuild = m_leafArea;
     m_meanLeafSize =
-        ranges.slots == 0 ? 0.0f : static_cast<float>(std::sqrt(m_leafArea / (3.0 * (ranges.slots / 8))));
+        order.empty() ? 0.0f : static_cast<float>(std::sqrt(m_leafArea / (3.0 * (slotCount() / 8))));
 }
 
 void Bvh::layOut(std::uint32_t slots)

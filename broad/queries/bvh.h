@@ -18,9 +18,7 @@ inline constexpr float kMaxTreeCoordinate = 1e15f;
 
 /// Eight-wide tree of boxes over some rows of a table; complete, so that it needs no links.
 ///
-/// Children are separated by medians (a k-d tree with eight children per node), separately for boxes of different
-/// orders of magnitude, so that a large box does not enlarge a leaf of small ones. Ranks, not coordinates, decide the
-/// shape: the depth is log8 of the rows whatever the boxes are.
+/// wideTreeOrder() decides which rows share a node.
 ///
 /// Memory: 32 bytes per row. One thread at a time may modify the tree; any number of threads may traverse it while no
 /// thread modifies it.
