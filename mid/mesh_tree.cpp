@@ -1,0 +1,186 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "cullet/mid/mesh_tree.h"
+
+#include "cullet/base/bytes_of.h"
+#include "cullet/base/threads/parallel_loops.h"
+#include "cullet/base/trees/wide_tree_order.h"
+
+#include <algorithm>
+#include <cfloat>
+
+namespace cullet
+{
+namespace
+{
+/// Nodes for which a thread of its own pays.
+constexpr std::size_t kGrain = 4096;
+/// Nanoseconds per item.
+constexpr double kBuildWork = 250.0, kRefitWork = 10.0;
+
+MeshBox boundsOfLanes(const MeshNode& node) noexcept
+{
+    MeshBox box;
+    for (int axis = 0; axis < 3; ++axis)
+    {
+        box.min[axis] = *std::min_element(node.planes[axis], node.planes[axis] + 8);
+        box.max[axis] = *std::max_element(node.planes[axis + 3], node.planes[axis + 3] + 8);
+    }
+    return box;
+}
+
+void setLane(MeshNode& node, std::uint32_t lane, const MeshBox& box) noexcept
+{
+    for (int axis = 0; axis < 3; ++axis)
+    {
+        node.planes[axis][lane] = box.min[axis];
+        node.planes[axis + 3][lane] = box.max[axis];
+    }
+}
+
+/// Calls body(index) for index in [0, count) on as many threads as pay.
+template <class Body>
+void runOver(ParallelLoops& loops, std::uint32_t count, const Body& body)
+{
+    const unsigned tasks = loops.tasksFor(count, kGrain);
+    loops.run(tasks,
+              [&](unsigned task)
+              {
+                  const TaskRange range(count, task, tasks);
+                  for (std::uint32_t index = range.begin; index < range.end; ++index)
+                      body(index);
+              });
+}
+
+/// Without infinities, which the limits of unused lanes would equal.
+MeshBox finitePart(const MeshBox& box) noexcept
+{
+    MeshBox part;
+    for (int axis = 0; axis < 3; ++axis)
+    {
+        part.min[axis] = std::max(box.min[axis], -FLT_MAX);
+        part.max[axis] = std::min(box.max[axis], FLT_MAX);
+    }
+    return part;
+}
+
+/// Appends what a kernel finds, in ascending order.
+template <class Step>
+void collectSorted(const MeshTreeView& view, std::vector<std::uint32_t>& items, const Step& step)
+{
+    MeshWalk walk;
+    walk.start(view);
+    std::uint32_t batch[kMeshBatch];
+    const std::size_t before = items.size();
+    while (const std::uint32_t count = step(walk, batch))
+        items.insert(items.end(), batch, batch + count);
+    std::sort(items.begin() + static_cast<std::ptrdiff_t>(before), items.end());
+}
+}  // namespace
+
+void MeshTree::build(const MeshBox* boxes, std::uint32_t count, ParallelLoops* loops)
+{
+    m_view.levelCount = 0;
+    ParallelLoops one(1);
+    ParallelLoops& used = loops != nullptr ? *loops : one;
+    std::vector<std::uint32_t> valid;
+    valid.reserve(count);
+    for (std::uint32_t item = 0; item < count; ++item)
+    {
+        if (isValid(boxes[item]))
+            valid.push_back(item);
+    }
+    static_assert(sizeof(MeshBox) == sizeof(float[6]), "the same planes");
+    const BoxesToOrder toOrder = {reinterpret_cast<const float(*)[6]>(boxes), valid.data(), valid.size()};
+    used.runRegion(kBuildWork * count,
+                   [&]
+                   {
+                       m_items = wideTreeOrder(toOrder, &used);
+                       layOut();
+                       fill(boxes, used);
+                   });
+}
+
+void MeshTree::layOut()
+{
+    int levels = 0;
+    std::uint32_t start = 0;
+    for (auto count = static_cast<std::uint32_t>(m_items.size() / 8); count > 0;
+         count = count == 1 ? 0 : (count + 7) / 8)
+    {
+        m_levelStart[levels++] = start;
+        start += count;
+    }
+    m_levelStart[levels] = start;
+    MeshNode empty;
+    for (std::uint32_t lane = 0; lane < 8; ++lane)
+        setLane(empty, lane, kEmptyMeshBox);
+    m_nodes = std::vector<MeshNode>(start, empty);
+    for (int level = 0; level < levels; ++level)
+        m_view.levels[level] = m_nodes.data() + m_levelStart[level];
+    m_view.items = m_items.data();
+    m_view.levelCount = levels;
+}
+
+void MeshTree::fill(const MeshBox* boxes, ParallelLoops& loops)
+{
+    for (int level = 0; level < m_view.levelCount; ++level)
+    {
+        runOver(loops, nodeCount(level),
+                [&](std::uint32_t index)
+                {
+                    if (level == 0)
+                        fillLeaf(index, boxes);
+                    setBounds(level, index, boundsOfLanes(node(level, index)));
+                });
+    }
+}
+
+void MeshTree::fillLeaf(std::uint32_t leaf, const MeshBox* boxes) noexcept
+{
+    for (std::uint32_t lane = 0; lane < 8; ++lane)
+    {
+        const std::uint32_t item = m_items[8 * leaf + lane];
+        setLane(node(0, leaf), lane, item == kEmptySlot ? kEmptyMeshBox : boxes[item]);
+    }
+}
+
+/// Stores the box around a node in its parent.
+void MeshTree::setBounds(int level, std::uint32_t index, const MeshBox& box) noexcept
+{
+    if (level + 1 < m_view.levelCount)
+        setLane(node(level + 1, index / 8), index % 8, box);
+}
+
+void MeshTree::refit(const MeshBox* boxes, ParallelLoops* loops)
+{
+    ParallelLoops one(1);
+    ParallelLoops& used = loops != nullptr ? *loops : one;
+    used.runRegion(kRefitWork * static_cast<double>(m_items.size()), [&] { fill(boxes, used); });
+}
+
+void MeshTree::findOverlaps(const MeshBox& box, std::vector<std::uint32_t>& items) const
+{
+    const MeshBox finite = finitePart(box);
+    collectSorted(m_view, items,
+                  [&](MeshWalk& walk, std::uint32_t* batch)
+                  { return m_kernels->overlaps(m_view, finite, walk, batch); });
+}
+
+bool MeshTree::findOnPath(const SweptBox& box, double limit, std::vector<std::uint32_t>& items) const
+{
+    SweptQuery query;
+    if (!box.prepare(query))
+        return false;
+    query.limit = sweptLimit(limit);
+    collectSorted(m_view, items,
+                  [&](MeshWalk& walk, std::uint32_t* batch)
+                  { return m_kernels->onPath(m_view, query, walk, batch); });
+    return true;
+}
+
+std::uint64_t MeshTree::bytes() const noexcept
+{
+    return bytesOf(m_nodes, m_items);
+}
+}  // namespace cullet
