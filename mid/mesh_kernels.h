@@ -75,7 +75,7 @@ inline constexpr std::uint32_t kMeshBatch = 64;
 struct MeshKernels
 {
     std::uint32_t (*overlaps)(const MeshTreeView&, const MeshBox&, MeshWalk&, std::uint32_t* items);
-    std::uint32_t (*onPath)(const MeshTreeView&, const SweptQuery&, MeshWalk&, std::uint32_t* items);
+    std::uint32_t (*onPath)(const MeshTreeView&, const SweptQuery&, MeshWalk&, MeshCandidate* found);
     /// The candidates of one leaf, by entry: nearer nodes come first, and none that lies beyond the limit.
     std::uint32_t (*nearestLeaf)(const MeshTreeView&, const SweptQuery&, MeshWalk&, MeshCandidate* found);
 };

@@ -26,7 +26,8 @@ public:
         }
     }
 
-    std::uint32_t operator()(const MeshNode& node) const
+    /// The last argument stays as it is: a box at rest has no place of entry.
+    std::uint32_t operator()(const MeshNode& node, float*) const
     {
         const Float8 x = (load(node.planes[0]) <= m_max[0]) & (m_min[0] <= load(node.planes[3]));
         const Float8 y = (load(node.planes[1]) <= m_max[1]) & (m_min[1] <= load(node.planes[4]));
@@ -55,8 +56,6 @@ public:
             m_inverse[axis] = broadcast(query.inverse[axis]);
         }
     }
-
-    std::uint32_t operator()(const MeshNode& node) const { return test(node, enterOf(node)); }
 
     /// @param enter [out] where the box enters the lanes
     std::uint32_t operator()(const MeshNode& node, float* enter) const
@@ -97,22 +96,33 @@ private:
     int m_far[3];
 };
 
-/// Visits nodes in any order until the batch could overflow or the walk is over.
-template <class Test>
-std::uint32_t collect(const MeshTreeView& tree, const Test& test, MeshWalk& walk, std::uint32_t* items)
+inline void setFound(std::uint32_t& found, std::uint32_t item, float)
 {
+    found = item;
+}
+inline void setFound(MeshCandidate& found, std::uint32_t item, float enter)
+{
+    found = {item, enter};
+}
+
+/// Visits nodes in any order until the batch could overflow or the walk is over.
+template <class Test, class Found>
+std::uint32_t collect(const MeshTreeView& tree, const Test& test, MeshWalk& walk, Found* found)
+{
+    alignas(32) float enter[8] = {};
     std::uint32_t count = 0;
     while (walk.size > 0 && count <= kMeshBatch - 8)
     {
         const MeshWalk::Entry at = walk.stack[--walk.size];
-        std::uint32_t hits = test(tree.levels[at.level][at.node]);
+        std::uint32_t hits = test(tree.levels[at.level][at.node], enter);
         for (; hits != 0; hits &= hits - 1)
         {
-            const std::uint32_t lane = 8 * at.node + static_cast<std::uint32_t>(__builtin_ctz(hits));
+            const int lane = __builtin_ctz(hits);
+            const std::uint32_t child = 8 * at.node + static_cast<std::uint32_t>(lane);
             if (at.level == 0)
-                items[count++] = tree.items[lane];
+                setFound(found[count++], tree.items[child], enter[lane]);
             else
-                walk.stack[walk.size++] = {lane, at.level - 1, 0.0f};
+                walk.stack[walk.size++] = {child, at.level - 1, enter[lane]};
         }
     }
     return count;
@@ -137,9 +147,9 @@ std::uint32_t overlaps(const MeshTreeView& tree, const MeshBox& box, MeshWalk& w
     return collect(tree, BoxTest(box), walk, items);
 }
 
-std::uint32_t onPath(const MeshTreeView& tree, const SweptQuery& query, MeshWalk& walk, std::uint32_t* items)
+std::uint32_t onPath(const MeshTreeView& tree, const SweptQuery& query, MeshWalk& walk, MeshCandidate* found)
 {
-    return collect(tree, PathTest(query), walk, items);
+    return collect(tree, PathTest(query), walk, found);
 }
 
 std::uint32_t nearestLeaf(const MeshTreeView& tree, const SweptQuery& query, MeshWalk& walk,

@@ -64,17 +64,27 @@ MeshBox finitePart(const MeshBox& box) noexcept
     return part;
 }
 
-/// Appends what a kernel finds, in ascending order.
-template <class Step>
-void collectSorted(const MeshTreeView& view, std::vector<std::uint32_t>& items, const Step& step)
+bool isBefore(std::uint32_t a, std::uint32_t b)
+{
+    return a < b;
+}
+bool isBefore(const MeshCandidate& a, const MeshCandidate& b)
+{
+    return a.item < b.item;
+}
+
+/// Appends what a kernel finds, in ascending order of the items.
+template <class Found, class Step>
+void collectSorted(const MeshTreeView& view, std::vector<Found>& found, const Step& step)
 {
     MeshWalk walk;
     walk.start(view);
-    std::uint32_t batch[kMeshBatch];
-    const std::size_t before = items.size();
+    Found batch[kMeshBatch];
+    const std::size_t before = found.size();
     while (const std::uint32_t count = step(walk, batch))
-        items.insert(items.end(), batch, batch + count);
-    std::sort(items.begin() + static_cast<std::ptrdiff_t>(before), items.end());
+        found.insert(found.end(), batch, batch + count);
+    std::sort(found.begin() + static_cast<std::ptrdiff_t>(before), found.end(),
+              [](const Found& a, const Found& b) { return isBefore(a, b); });
 }
 }  // namespace
 
@@ -167,14 +177,14 @@ void MeshTree::findOverlaps(const MeshBox& box, std::vector<std::uint32_t>& item
                   { return m_kernels->overlaps(m_view, finite, walk, batch); });
 }
 
-bool MeshTree::findOnPath(const SweptBox& box, double limit, std::vector<std::uint32_t>& items) const
+bool MeshTree::findOnPath(const SweptBox& box, double limit, std::vector<MeshCandidate>& found) const
 {
     SweptQuery query;
     if (!box.prepare(query))
         return false;
     query.limit = sweptLimit(limit);
-    collectSorted(m_view, items,
-                  [&](MeshWalk& walk, std::uint32_t* batch)
+    collectSorted(m_view, found,
+                  [&](MeshWalk& walk, MeshCandidate* batch)
                   { return m_kernels->onPath(m_view, query, walk, batch); });
     return true;
 }

@@ -46,8 +46,9 @@ public:
 
     /// Appends the items that a swept box may touch, ascending: all whose boxes it touches, and few others.
     ///
+    /// @param limit share of the segment to search
     /// @return false, and no item, if the box is not finite or too large (see SweptBox::prepare())
-    bool findOnPath(const SweptBox& box, double limit, std::vector<std::uint32_t>& items) const;
+    bool findOnPath(const SweptBox& box, double limit, std::vector<MeshCandidate>& found) const;
 
     /// Calls limit = test(item) for the items that a swept box may touch, nearer nodes first.
     ///

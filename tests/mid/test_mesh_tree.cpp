@@ -74,6 +74,18 @@ std::optional<double> touch(const SweptBox& query, const MeshBox& box)
     return enter <= leave ? std::optional<double>(enter) : std::nullopt;
 }
 
+/// What a tree finds on a path; without a result if it refuses the path.
+std::optional<Items> itemsOnPath(const MeshTree& tree, const SweptBox& query)
+{
+    std::vector<MeshCandidate> found;
+    if (!tree.findOnPath(query, 1.0, found))
+        return std::nullopt;
+    Items items;
+    for (const MeshCandidate& candidate : found)
+        items.push_back(candidate.item);
+    return items;
+}
+
 bool overlap(const MeshBox& a, const MeshBox& b)
 {
     for (int axis = 0; axis < 3; ++axis)
@@ -140,8 +152,9 @@ TEST_P(MeshTreeOfKind, FindsEveryItemOnPathAndFewOthers)
     {
         const double half = random.chance(0.5f) ? 0.0 : random.logUniform(-5, 1);
         const SweptBox query = sweptBox(randomSegment(random), half);
-        Items items;
-        ASSERT_TRUE(tree.findOnPath(query, 1.0, items));
+        const std::optional<Items> result = itemsOnPath(tree, query);
+        ASSERT_TRUE(result);
+        const Items& items = *result;
         ASSERT_TRUE(std::is_sorted(items.begin(), items.end()));
         ASSERT_EQ(std::adjacent_find(items.begin(), items.end()), items.end());
         found += items.size();
@@ -191,14 +204,15 @@ TEST_P(MeshTreeOfKind, FindsAllCrossingsOfPlainLoopInOrder)
     for (int i = 0; i < 1000; ++i)
     {
         const Segment segment = randomSegment(random);
-        Items expected, found, items;
+        Items expected, found;
         for (std::uint32_t item = 0; item < mesh.size(); ++item)
         {
             if (crossing(mesh[item], segment.from, segment.motion))
                 expected.push_back(item);
         }
-        ASSERT_TRUE(tree.findOnPath(sweptBox(segment, 0.0), 1.0, items));
-        for (const std::uint32_t item : items)
+        const std::optional<Items> items = itemsOnPath(tree, sweptBox(segment, 0.0));
+        ASSERT_TRUE(items);
+        for (const std::uint32_t item : *items)
         {
             if (crossing(mesh[item], segment.from, segment.motion))
                 found.push_back(item);
@@ -251,10 +265,8 @@ TEST_P(MeshTreeOfKind, FindsSameItemsWithBaselineKernels)
     for (int i = 0; i < 300; ++i)
     {
         const SweptBox query = sweptBox(randomSegment(random), random.unit());
-        Items byOne, byOther, onOne, onOther;
-        ASSERT_TRUE(tree.findOnPath(query, 1.0, onOne));
-        ASSERT_TRUE(baseline.findOnPath(query, 1.0, onOther));
-        ASSERT_EQ(onOne, onOther);
+        Items byOne, byOther;
+        ASSERT_EQ(itemsOnPath(tree, query), itemsOnPath(baseline, query));
         const auto collectInto = [](Items& items)
         {
             return [&items](std::uint32_t item)
@@ -285,18 +297,18 @@ TEST_P(MeshTreeOfKind, FindsMovedItemsAfterRefit)
     for (int i = 0; i < 100; ++i)
     {
         const SweptBox query = sweptBox(randomSegment(random), 0.25);
-        Items items;
-        ASSERT_TRUE(tree.findOnPath(query, 1.0, items));
+        const std::optional<Items> items = itemsOnPath(tree, query);
+        ASSERT_TRUE(items);
         for (std::uint32_t item = 0; item < boxes.size(); ++item)
         {
             const bool isTouched = isValid(boxes[item]) && touch(query, boxes[item]);
-            ASSERT_TRUE(!isTouched || std::binary_search(items.begin(), items.end(), item));
+            ASSERT_TRUE(!isTouched || std::binary_search(items->begin(), items->end(), item));
         }
     }
 }
 
 INSTANTIATE_TEST_SUITE_P(All, MeshTreeOfKind, testing::ValuesIn(meshKinds()),
-                         [](const auto& info) { return info.param; });
+                         [](const auto& kind) { return kind.param; });
 
 bool areEqual(const MeshTree& a, const MeshTree& b)
 {
@@ -383,9 +395,7 @@ TEST(MeshTree, RefusesPathThatIsNotFinite)
     MeshTree tree;
     tree.build(boxes.data(), 100, nullptr);
     const SweptBox query = sweptBox({{std::nan(""), 0, 0}, {1, 0, 0}}, 0.0);
-    Items items;
-    EXPECT_FALSE(tree.findOnPath(query, 1.0, items));
-    EXPECT_TRUE(items.empty());
+    EXPECT_FALSE(itemsOnPath(tree, query));
     EXPECT_FALSE(tree.visitByEntry(query, 1.0,
                                    [](std::uint32_t)
                                    {
