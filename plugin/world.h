@@ -32,6 +32,9 @@ inline namespace CULLET_PRECISION
 ///              other functions it keeps its own.
 /// @tparam Holder where the world keeps what is not of Base; a program leaves it as it is
 ///
+/// rayTest() uses the trees of meshes for which prepare() was called (world_queries.h), where Base inherits it from
+/// btCollisionWorld.
+///
 /// Threads: as for Base. During stepSimulation() no other thread may change bodies, shapes or joints, which holds for
 /// Base too. All callbacks, motion states, actions and classes of the application run on the calling thread, in
 /// Bullet's order. Callbacks of the broad phase may add and remove bodies during updateAabbs(), but must not move

@@ -5,6 +5,7 @@
 #include "cullet/plugin/world_bodies.h"
 #include "cullet/plugin/world_boxes.h"
 #include "cullet/plugin/world_islands.h"
+#include "cullet/plugin/world_queries.h"
 #include "cullet/plugin/world_rest.h"
 #include "cullet/plugin/world_speculation.h"
 
@@ -33,6 +34,8 @@ class Origins : public Base
     using Step = void (btDiscreteDynamicsWorld::*)(btScalar);
     using Solve = void (btDiscreteDynamicsWorld::*)(btContactSolverInfo&);
     using All = void (btDiscreteDynamicsWorld::*)();
+    using Ray = void (btCollisionWorld::*)(const btVector3&, const btVector3&,
+                                           btCollisionWorld::RayResultCallback&) const;
 
     // Not found if Base lacks the function, overloads it or hides it from derived classes.
     template <class B>
@@ -55,6 +58,10 @@ class Origins : public Base
     static auto activate(int) -> decltype(&B::updateActivationState);
     template <class B>
     static auto internalStep(int) -> decltype(&B::internalSingleStepSimulation);
+    template <class B>
+    static auto ray(int) -> decltype(&B::rayTest);
+    template <class B>
+    static void ray(...);
     template <class B>
     static void internalStep(...);
     template <class B>
@@ -98,6 +105,7 @@ public:
         return detectsAsBullet() && std::is_same_v<decltype(internalStep<Origins>(0)), Step> &&
                appliesGravity() && clearsForces() && predicts() && sweeps();
     }
+    static constexpr bool testsRays() { return std::is_same_v<decltype(ray<Origins>(0)), Ray>; }
     static constexpr bool activates() { return std::is_same_v<decltype(activate<Origins>(0)), Step>; }
 };
 
@@ -297,6 +305,18 @@ protected:
     }
 };
 
+template <class Next>
+class TestingRays : public Next
+{
+public:
+    using Next::Next;
+    void rayTest(const btVector3& from, const btVector3& to,
+                 btCollisionWorld::RayResultCallback& callback) const override
+    {
+        cullet::rayTest(*this, from, to, callback);
+    }
+};
+
 /// A layer over another one, or only the other one.
 template <template <class> class Layer, class Next, bool kTakesOver>
 using If = std::conditional_t<kTakesOver, Layer<Next>, Next>;
@@ -314,7 +334,8 @@ struct Stack
     using Predicts = If<Predicting, SavesKinematic, Asked::predicts()>;
     using Sweeps = If<Sweeping, Predicts, Asked::sweeps()>;
     using Integrates = If<Integrating, Sweeps, Asked::integrates()>;
-    using All = If<Activating, Integrates, Asked::activates()>;
+    using Activates = If<Activating, Integrates, Asked::activates()>;
+    using All = If<TestingRays, Activates, Asked::testsRays()>;
 };
 }  // namespace world_layers
 }  // namespace CULLET_PRECISION

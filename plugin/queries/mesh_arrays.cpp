@@ -1,0 +1,117 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "cullet/plugin/queries/mesh_arrays.h"
+
+#include "cullet/base/bytes_of.h"
+
+#include <cstddef>
+#include <cstring>
+
+namespace cullet
+{
+inline namespace CULLET_PRECISION
+{
+namespace
+{
+template <class T>
+T valueAt(const unsigned char* place)
+{
+    T value;
+    std::memcpy(&value, place, sizeof(value));
+    return value;
+}
+
+std::ptrdiff_t indexAt(const unsigned char* indices, PHY_ScalarType type, int corner)
+{
+    switch (type)
+    {
+        case PHY_INTEGER:
+            return valueAt<std::uint32_t>(indices + 4 * corner);
+        case PHY_SHORT:
+            return valueAt<std::uint16_t>(indices + 2 * corner);
+        default:
+            return indices[corner];
+    }
+}
+
+/// Rounds to btScalar before it scales, or not at all, as Bullet does.
+template <class T>
+btVector3 scaledVertex(const unsigned char* place, const btVector3& scaling)
+{
+    return btVector3(static_cast<btScalar>(valueAt<T>(place)) * scaling.x(),
+                     static_cast<btScalar>(valueAt<T>(place + sizeof(T))) * scaling.y(),
+                     static_cast<btScalar>(valueAt<T>(place + 2 * sizeof(T))) * scaling.z());
+}
+
+bool hasSameBits(const btVector3& a, const btVector3& b)
+{
+    return std::memcmp(a.m_floats, b.m_floats, 3 * sizeof(btScalar)) == 0;
+}
+}  // namespace
+
+MeshArrays::Part MeshArrays::readPart(const btStridingMeshInterface& mesh, int index)
+{
+    Part part;
+    mesh.getLockedReadOnlyVertexIndexBase(&part.vertices, part.vertexCount, part.vertexType,
+                                          part.vertexStride, &part.indices, part.indexStride,
+                                          part.triangleCount, part.indexType, index);
+    mesh.unLockReadOnlyVertexBase(index);
+    return part;
+}
+
+MeshArrays::MeshArrays(const btStridingMeshInterface& mesh) : m_scaling(mesh.getScaling())
+{
+    for (int index = 0; index < mesh.getNumSubParts(); ++index)
+    {
+        const Part part = readPart(mesh, index);
+        const bool hasVertices = part.vertexType == PHY_FLOAT || part.vertexType == PHY_DOUBLE;
+        const bool hasIndices =
+            part.indexType == PHY_INTEGER || part.indexType == PHY_SHORT || part.indexType == PHY_UCHAR;
+        m_isReadable = m_isReadable && hasVertices && hasIndices;
+        m_parts.push_back(part);
+    }
+}
+
+bool MeshArrays::areThoseOf(const btStridingMeshInterface& mesh) const
+{
+    if (!hasSameBits(mesh.getScaling(), m_scaling) ||
+        mesh.getNumSubParts() != static_cast<int>(m_parts.size()))
+        return false;
+    for (std::size_t index = 0; index < m_parts.size(); ++index)
+    {
+        const Part &known = m_parts[index], part = readPart(mesh, static_cast<int>(index));
+        if (part.vertices != known.vertices || part.indices != known.indices ||
+            part.vertexCount != known.vertexCount || part.vertexStride != known.vertexStride ||
+            part.indexStride != known.indexStride || part.triangleCount != known.triangleCount ||
+            part.vertexType != known.vertexType || part.indexType != known.indexType)
+            return false;
+    }
+    return true;
+}
+
+bool MeshArrays::has(TriangleName name) const noexcept
+{
+    return name.part >= 0 && name.part < static_cast<int>(m_parts.size()) && name.index >= 0 &&
+           name.index < m_parts[static_cast<std::size_t>(name.part)].triangleCount;
+}
+
+void MeshArrays::read(TriangleName name, btVector3* corners) const
+{
+    const Part& part = m_parts[static_cast<std::size_t>(name.part)];
+    const unsigned char* const indices =
+        part.indices + static_cast<std::ptrdiff_t>(name.index) * part.indexStride;
+    for (int corner = 0; corner < 3; ++corner)
+    {
+        const unsigned char* const place =
+            part.vertices + indexAt(indices, part.indexType, corner) * part.vertexStride;
+        corners[corner] = part.vertexType == PHY_FLOAT ? scaledVertex<float>(place, m_scaling)
+                                                       : scaledVertex<double>(place, m_scaling);
+    }
+}
+
+std::uint64_t MeshArrays::bytes() const noexcept
+{
+    return bytesOf(m_parts);
+}
+}  // namespace CULLET_PRECISION
+}  // namespace cullet
