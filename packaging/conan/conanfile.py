@@ -32,7 +32,8 @@ class CulletConan(ConanFile):
 
     def export_sources(self):
         root = os.path.join(self.recipe_folder, "..", "..")
-        for pattern in ("CMakeLists.txt", "LICENSE", "abi/*", "broad/*", "cmake/*", "cuda/*", "narrow/*", "packaging/debian/*", "packaging/man/*", "plugin/*"):
+        for pattern in ("CMakeLists.txt", "LICENSE", "abi/*", "base/*", "broad/*", "cmake/*", "cuda/*", "mid/*", "narrow/*",
+                        "packaging/debian/*", "packaging/man/*", "plugin/*"):
             copy(self, pattern, root, self.export_sources_folder)
 
     def layout(self):
