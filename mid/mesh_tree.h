@@ -50,7 +50,7 @@ public:
     /// @return false, and no item, if the box is not finite or too large (see SweptBox::prepare())
     bool findOnPath(const SweptBox& box, double limit, std::vector<MeshCandidate>& found) const;
 
-    /// Calls limit = test(item) for the items that a swept box may touch, nearer nodes first.
+    /// Calls limit = test(candidate) for the items that a swept box may touch, nearer nodes first.
     ///
     /// @param limit share of the segment to search
     /// @param test  returns the share of the segment up to which to go on: items that are entered at a larger one are
@@ -71,7 +71,7 @@ public:
             for (std::uint32_t i = 0; i < count; ++i)
             {
                 if (found[i].enter <= query.limit)
-                    query.limit = sweptLimit(test(found[i].item));
+                    query.limit = sweptLimit(test(found[i]));
             }
         }
         return true;

@@ -4,6 +4,7 @@
 
 #include "cullet/base/bytes_of.h"
 
+#include <algorithm>
 #include <cstddef>
 #include <cstring>
 
@@ -42,11 +43,6 @@ btVector3 scaledVertex(const unsigned char* place, const btVector3& scaling)
                      static_cast<btScalar>(valueAt<T>(place + sizeof(T))) * scaling.y(),
                      static_cast<btScalar>(valueAt<T>(place + 2 * sizeof(T))) * scaling.z());
 }
-
-bool hasSameBits(const btVector3& a, const btVector3& b)
-{
-    return std::memcmp(a.m_floats, b.m_floats, 3 * sizeof(btScalar)) == 0;
-}
 }  // namespace
 
 MeshArrays::Part MeshArrays::readPart(const btStridingMeshInterface& mesh, int index)
@@ -56,6 +52,8 @@ MeshArrays::Part MeshArrays::readPart(const btStridingMeshInterface& mesh, int i
                                           part.vertexStride, &part.indices, part.indexStride,
                                           part.triangleCount, part.indexType, index);
     mesh.unLockReadOnlyVertexBase(index);
+    part.triangleCount = std::max(part.triangleCount, 0);
+    part.first = 0;
     return part;
 }
 
@@ -63,7 +61,8 @@ MeshArrays::MeshArrays(const btStridingMeshInterface& mesh) : m_scaling(mesh.get
 {
     for (int index = 0; index < mesh.getNumSubParts(); ++index)
     {
-        const Part part = readPart(mesh, index);
+        Part part = readPart(mesh, index);
+        part.first = static_cast<std::uint32_t>(triangleCount());
         const bool hasVertices = part.vertexType == PHY_FLOAT || part.vertexType == PHY_DOUBLE;
         const bool hasIndices =
             part.indexType == PHY_INTEGER || part.indexType == PHY_SHORT || part.indexType == PHY_UCHAR;
@@ -93,6 +92,14 @@ bool MeshArrays::has(TriangleName name) const noexcept
 {
     return name.part >= 0 && name.part < static_cast<int>(m_parts.size()) && name.index >= 0 &&
            name.index < m_parts[static_cast<std::size_t>(name.part)].triangleCount;
+}
+
+std::uint64_t MeshArrays::triangleCount() const noexcept
+{
+    std::uint64_t count = 0;
+    for (const Part& part : m_parts)
+        count += static_cast<std::uint64_t>(part.triangleCount);
+    return count;
 }
 
 void MeshArrays::read(TriangleName name, btVector3* corners) const

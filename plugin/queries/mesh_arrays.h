@@ -6,13 +6,24 @@
 
 #include <BulletCollision/CollisionShapes/btStridingMeshInterface.h>
 
+#include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <vector>
 
 namespace cullet
 {
 inline namespace CULLET_PRECISION
 {
+/// Whether the coordinates of two vectors are the same, NaN and signs of zeros included.
+inline bool hasSameBits(const btVector3& a, const btVector3& b)
+{
+    // One coordinate at a time, of a constant size: the compiler makes a comparison of each.
+    return std::memcmp(&a.m_floats[0], &b.m_floats[0], sizeof(btScalar)) == 0 &&
+           std::memcmp(&a.m_floats[1], &b.m_floats[1], sizeof(btScalar)) == 0 &&
+           std::memcmp(&a.m_floats[2], &b.m_floats[2], sizeof(btScalar)) == 0;
+}
+
 /// Part and index of a triangle, as Bullet's callbacks get them.
 struct TriangleName
 {
@@ -34,6 +45,25 @@ public:
 
     bool has(TriangleName name) const noexcept;
 
+    /// Triangles are numbered from part to part.
+    ///
+    /// @return UINT32_MAX or more: too many for numbers of 32 bits
+    std::uint64_t triangleCount() const noexcept;
+
+    /// @pre has(name)
+    std::uint32_t numberOf(TriangleName name) const
+    {
+        return m_parts[static_cast<std::size_t>(name.part)].first + static_cast<std::uint32_t>(name.index);
+    }
+
+    TriangleName nameOf(std::uint32_t number) const
+    {
+        int part = static_cast<int>(m_parts.size()) - 1;
+        while (number < m_parts[static_cast<std::size_t>(part)].first)
+            --part;
+        return {part, static_cast<int>(number - m_parts[static_cast<std::size_t>(part)].first)};
+    }
+
     /// @param corners [out] three corners
     void read(TriangleName name, btVector3* corners) const;
 
@@ -46,6 +76,7 @@ private:
         const unsigned char* indices;
         int vertexCount, vertexStride, indexStride, triangleCount;
         PHY_ScalarType vertexType, indexType;
+        std::uint32_t first;  ///< number of its first triangle
     };
 
     static Part readPart(const btStridingMeshInterface& mesh, int index);

@@ -13,7 +13,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <cstring>
 
 namespace cullet
 {
@@ -35,11 +34,6 @@ bool isBulletsInterface(const btStridingMeshInterface& mesh)
 btOptimizedBvh* treeOf(const btBvhTriangleMeshShape& shape)
 {
     return const_cast<btBvhTriangleMeshShape&>(shape).getOptimizedBvh();
-}
-
-bool hasSameBits(const btVector3& a, const btVector3& b)
-{
-    return std::memcmp(a.m_floats, b.m_floats, 3 * sizeof(btScalar)) == 0;
 }
 }  // namespace
 
@@ -63,14 +57,14 @@ MeshQueries::MeshQueries(const btBvhTriangleMeshShape& shape, btOptimizedBvh& tr
 {
 }
 
-/// Builds the tree; returns false if Bullet's names triangles that are not there.
+/// Builds the tree; returns false for a mesh with too many triangles, and if Bullet's tree has others than the mesh.
 bool MeshQueries::fill(int threads)
 {
-    if (!m_arrays.isReadable())
+    if (!m_arrays.isReadable() || m_arrays.triangleCount() >= UINT32_MAX)
         return false;
-    std::vector<MeshBox> boxes;
-    m_nodeOf.reserve((m_nodes.count() + 1) / 2);
-    boxes.reserve((m_nodes.count() + 1) / 2);
+    const auto count = static_cast<std::uint32_t>(m_arrays.triangleCount());
+    std::vector<MeshBox> boxes(count, kEmptyMeshBox);
+    m_nodeOf.assign(count, 0);
     for (std::uint32_t node = 0; node < m_nodes.count(); ++node)
     {
         if (!m_nodes.isLeaf(node))
@@ -80,14 +74,15 @@ bool MeshQueries::fill(int threads)
             return false;
         Corners corners;
         m_arrays.read(name, corners.data());
-        m_nodeOf.push_back(node);
-        boxes.push_back(boxOfTriangle(corners.data(), kTriangleGrowth));
-        const MeshBox& box = boxes.back();
+        const std::uint32_t item = m_arrays.numberOf(name);
+        m_nodeOf[item] = node;
+        MeshBox& box = boxes[item];
+        box = boxOfTriangle(corners.data(), kTriangleGrowth);
         for (int axis = 0; axis < 3 && isValid(box); ++axis)
             m_largest = std::max<double>(m_largest, std::max(-box.min[axis], box.max[axis]));
     }
     ParallelLoops loops(threads);
-    m_tree.build(boxes.data(), static_cast<std::uint32_t>(boxes.size()), &loops);
+    m_tree.build(boxes.data(), count, &loops);
     for (std::size_t sample = 0; sample < kSamples; ++sample)
         m_samples[sample] = sampleAt(sample);
     return true;
@@ -118,6 +113,16 @@ bool MeshQueries::isCurrent() const
                 return false;
         }
     }
+    return true;
+}
+
+bool MeshQueries::findOnPath(const SweptBox& box, double limit, std::vector<MeshCandidate>& found) const
+{
+    if (!m_tree.findOnPath(box, limit, found))
+        return false;
+    std::sort(found.begin(), found.end(),
+              [this](const MeshCandidate& a, const MeshCandidate& b)
+              { return m_nodeOf[a.item] < m_nodeOf[b.item]; });
     return true;
 }
 

@@ -20,7 +20,7 @@ inline namespace CULLET_PRECISION
 {
 /// A tree over the triangles of a shape, for queries, and what the shape was like when the tree was built.
 ///
-/// The items of the tree are the leaves of Bullet's tree, in the order in which Bullet visits them.
+/// The items of the tree are the triangles by their numbers.
 class MeshQueries
 {
 public:
@@ -35,16 +35,19 @@ public:
     const MeshTree& tree() const noexcept { return m_tree; }
     const BulletNodes& nodes() const noexcept { return m_nodes; }
 
-    /// The node of Bullet's tree of an item.
+    /// The node of Bullet's tree of an item that the tree holds. Bullet visits nodes in ascending order.
     std::uint32_t nodeOf(std::uint32_t item) const { return m_nodeOf[item]; }
 
     /// @param corners [out] three corners
     TriangleName read(std::uint32_t item, btVector3* corners) const
     {
-        const TriangleName name = m_nodes.nameOf(m_nodeOf[item]);
+        const TriangleName name = m_arrays.nameOf(item);
         m_arrays.read(name, corners);
         return name;
     }
+
+    /// What a swept box may touch, in the order in which Bullet visits it; see MeshTree::findOnPath().
+    bool findOnPath(const SweptBox& box, double limit, std::vector<MeshCandidate>& found) const;
 
     /// Of any corner along any axis, at most.
     double largestCoordinate() const noexcept { return m_largest; }

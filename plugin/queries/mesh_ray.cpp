@@ -61,7 +61,7 @@ private:
     const HitReport& m_report;
 };
 
-/// Bullet's test of a triangle; the closest hit is kept, of equal ones that of the first item.
+/// Bullet's test of a triangle; the closest hit is kept, of equal ones the one that Bullet finds first.
 class ClosestRay final : public btTriangleRaycastCallback
 {
 public:
@@ -74,16 +74,18 @@ public:
     {
         btVector3 corners[3];
         const TriangleName name = mesh.read(item, corners);
-        // Bullet accepts what is below the limit: an earlier item than that of the hit may be equal to it.
-        m_hitFraction = m_hasHit && item < m_item
-                            ? std::nextafter(m_closest, std::numeric_limits<btScalar>::infinity())
-                            : m_closest;
+        m_mesh = &mesh;
         m_tested = item;
+        // Bullet accepts what is below the limit: this lets equal hits pass.
+        m_hitFraction =
+            m_hasHit ? std::nextafter(m_closest, std::numeric_limits<btScalar>::infinity()) : m_closest;
         processTriangle(corners, name.part, name.index);
     }
 
     btScalar reportHit(const btVector3& normal, btScalar fraction, int part, int index) override
     {
+        if (m_hasHit && fraction == m_closest && m_mesh->nodeOf(m_tested) > m_mesh->nodeOf(m_item))
+            return fraction;
         m_hasHit = true;
         m_item = m_tested;
         m_closest = fraction;
@@ -103,6 +105,7 @@ public:
 private:
     btScalar m_closest;
     bool m_hasHit = false;
+    const MeshQueries* m_mesh = nullptr;
     std::uint32_t m_item = 0;
     std::uint32_t m_tested = 0;
     btVector3 m_normal;
@@ -133,9 +136,9 @@ SweptBox sweptRay(const MeshQueries& mesh, const btVector3& from, const btVector
 bool testClosest(const MeshQueries& mesh, const SweptBox& box, ClosestRay& ray)
 {
     return mesh.tree().visitByEntry(box, ray.closest(),
-                                    [&](std::uint32_t item)
+                                    [&](const MeshCandidate& candidate)
                                     {
-                                        ray.test(mesh, item);
+                                        ray.test(mesh, candidate.item);
                                         return static_cast<double>(ray.closest());
                                     });
 }
@@ -143,7 +146,7 @@ bool testClosest(const MeshQueries& mesh, const SweptBox& box, ClosestRay& ray)
 bool testAll(const MeshQueries& mesh, const SweptBox& box, ReportedRay& ray)
 {
     std::vector<MeshCandidate> candidates;
-    if (!mesh.tree().findOnPath(box, ray.m_hitFraction, candidates))
+    if (!mesh.findOnPath(box, ray.m_hitFraction, candidates))
         return false;
     for (const MeshCandidate& candidate : candidates)
     {

@@ -4,12 +4,12 @@
 
 #include "cullet/plugin/queries/mesh_queries.h"
 #include "cullet/plugin/queries/node_filter.h"
+#include "cullet/plugin/queries/sweep_axes.h"
 
 #include <BulletCollision/CollisionShapes/btConvexShape.h>
 #include <BulletCollision/NarrowPhaseCollision/btRaycastCallback.h>
 
-#include <algorithm>
-#include <cmath>
+#include <cstdint>
 #include <utility>
 #include <vector>
 
@@ -42,26 +42,26 @@ class TriangleSweep final : public btTriangleConvexcastCallback
 {
 public:
     TriangleSweep(const ConvexSweep& sweep, const btCollisionObject& object, const MeshTarget& target,
-                  btScalar limit)
+                  const SweepAxes& axes, btScalar limit)
         : btTriangleConvexcastCallback(sweep.shape, *sweep.from, *sweep.to, object.getWorldTransform(),
                                        target.shape->getMargin()),
-          m_target(target)
+          m_target(target),
+          m_axes(axes)
     {
         m_hitFraction = limit;
         m_allowedPenetration = sweep.allowedPenetration;
     }
 
-    /// Null where the shape does not meet the triangle below the limit.
-    const SweepHit* test(std::uint32_t item)
+    /// Null where the shape does not meet the triangle below the limit, and where it surely does not up to a fraction.
+    const SweepHit* test(std::uint32_t item, btScalar until)
     {
         btVector3 corners[3];
         const TriangleName name = m_target.mesh->read(item, corners);
-        if (m_target.isScaled)
-        {
-            for (btVector3& corner : corners)
-                corner *= m_target.shape->getLocalScaling();
-        }
+        for (int corner = 0; corner < 3 && m_target.isScaled; ++corner)
+            corners[corner] *= m_target.shape->getLocalScaling();
         m_isHit = false;
+        if (m_axes.earliest(corners, until) > until)
+            return nullptr;
         processTriangle(corners, name.part, name.index);
         return m_isHit ? &m_hit : nullptr;
     }
@@ -76,33 +76,24 @@ public:
 
 private:
     const MeshTarget& m_target;
+    const SweepAxes& m_axes;
     bool m_isHit = false;
     SweepHit m_hit = {};
 };
 
-/// The motion in the frame of the mesh, before it is scaled.
-struct LocalMotion
-{
-    LocalMotion(const ConvexSweep& sweep, const btCollisionObject& object)
-    {
-        const btTransform toMesh = object.getWorldTransform().inverse();
-        from = toMesh * sweep.from->getOrigin();
-        to = toMesh * sweep.to->getOrigin();
-        // Bullet's box, of the orientation at the end.
-        const btTransform rotation(toMesh.getBasis() * sweep.to->getBasis());
-        sweep.shape->getAabb(rotation, boxMin, boxMax);
-        turns = !(sweep.from->getBasis() == sweep.to->getBasis());
-    }
-
-    btVector3 from, to, boxMin, boxMax;
-    bool turns;
-};
-
-/// A box around the shape, about its origin, and around whatever Bullet's sweep may take for a contact.
+/// How far from a triangle, without its margin, Bullet's sweep may take the shape to touch it.
 ///
 /// That ends at a distance of a thousandth beyond both margins; the rest is for the rounding of its distances.
-void boundContact(const ConvexSweep& sweep, const LocalMotion& motion, const MeshTarget& target,
-                  SweptBox& box)
+btScalar reachOf(const LocalMotion& motion, const MeshTarget& target)
+{
+    const btScalar largest =
+        btScalar(target.mesh->largestCoordinate()) + motion.from.length() + motion.to.length();
+    return target.shape->getMargin() + btScalar(0.0012) +
+           btScalar(1e-4) * (motion.boxMax - motion.boxMin).length() + 16 * SIMD_EPSILON * largest;
+}
+
+/// The box of the shape about its origin, in all its orientations, grown by the reach.
+void boundContact(const ConvexSweep& sweep, const LocalMotion& motion, btScalar reach, SweptBox& box)
 {
     btVector3 low = motion.boxMin, high = motion.boxMax;
     if (motion.turns)
@@ -114,11 +105,6 @@ void boundContact(const ConvexSweep& sweep, const LocalMotion& motion, const Mes
         low.setValue(-radius, -radius, -radius);
         high.setValue(radius, radius, radius);
     }
-    const double largest =
-        std::max<double>(target.mesh->largestCoordinate(), motion.from.length() + motion.to.length());
-    const double reach = static_cast<double>(target.shape->getMargin()) + 0.002 +
-                         1e-3 * static_cast<double>((high - low).length()) +
-                         64.0 * static_cast<double>(SIMD_EPSILON) * largest;
     for (int axis = 0; axis < 3; ++axis)
     {
         box.origin[axis] = motion.from[axis];
@@ -166,34 +152,93 @@ NodeFilter filterOf(const LocalMotion& motion, const MeshTarget& target)
     return NodeFilter::inBox(nodes, low, high);
 }
 
-/// Sweeps against the triangles by entry and reports the closest hit: of equal ones that of the last item, which is the one
-/// that Bullet reports last.
-bool sweepClosest(TriangleSweep& sweep, const SweptBox& box, const NodeFilter& filter,
-                  const btCollisionObject& object, const MeshTarget& target,
-                  btCollisionWorld::ConvexResultCallback& callback)
+constexpr std::uint32_t kNoItem = UINT32_MAX;
+
+/// The first triangle that the middle of a swept box crosses, which the shape meets early in most cases: the closer the first
+/// hit, the fewer triangles are swept.
+std::uint32_t itemUnderCentre(const SweptBox& box, const MeshQueries& mesh, btScalar limit)
 {
-    SweepHit closest = {};
-    closest.fraction = callback.m_closestHitFraction;
-    std::uint32_t closestItem = 0;
-    bool hasHit = false;
-    const auto test = [&](std::uint32_t item)
+    struct Crossing final : btTriangleRaycastCallback
     {
-        const SweepHit* const hit = filter.accepts(target.mesh->nodeOf(item)) ? sweep.test(item) : nullptr;
-        if (hit != nullptr && (hit->fraction < closest.fraction ||
-                               (hit->fraction == closest.fraction && (!hasHit || item > closestItem))))
+        using btTriangleRaycastCallback::btTriangleRaycastCallback;
+        btScalar reportHit(const btVector3&, btScalar fraction, int, int) override
         {
-            closest = *hit;
-            closestItem = item;
-            hasHit = true;
+            item = tested;
+            return fraction;
         }
-        return static_cast<double>(closest.fraction);
+        std::uint32_t item = kNoItem, tested = kNoItem;
     };
-    if (!target.mesh->tree().visitByEntry(box, closest.fraction, test))
-        return false;
-    if (hasHit)
-        report(closest, object, callback);
-    return true;
+    SweptBox ray = box;
+    btVector3 from, to;
+    for (int axis = 0; axis < 3; ++axis)
+    {
+        ray.origin[axis] += 0.5 * (box.min[axis] + box.max[axis]);
+        ray.min[axis] = ray.max[axis] = 0.0;
+        from[axis] = static_cast<btScalar>(ray.origin[axis]);
+        to[axis] = static_cast<btScalar>(ray.origin[axis] + ray.motion[axis]);
+    }
+    Crossing crossing(from, to);
+    crossing.m_hitFraction = limit;
+    mesh.tree().visitByEntry(ray, limit,
+                             [&](const MeshCandidate& candidate)
+                             {
+                                 btVector3 corners[3];
+                                 const TriangleName name = mesh.read(candidate.item, corners);
+                                 crossing.tested = candidate.item;
+                                 crossing.processTriangle(corners, name.part, name.index);
+                                 return static_cast<double>(crossing.m_hitFraction);
+                             });
+    return crossing.item;
 }
+
+/// Finds the closest hit, of equal ones the one that Bullet reports last.
+class ClosestSweep
+{
+public:
+    ClosestSweep(TriangleSweep& sweep, const NodeFilter& filter, const MeshQueries& mesh, btScalar limit)
+        : m_sweep(sweep), m_filter(filter), m_mesh(mesh)
+    {
+        m_closest.fraction = limit;
+    }
+
+    /// @return false: the box is not finite or too large
+    bool run(const SweptBox& box)
+    {
+        const std::uint32_t first = itemUnderCentre(box, m_mesh, m_closest.fraction);
+        if (first != kNoItem)
+            test(first);
+        return m_mesh.tree().visitByEntry(box, m_closest.fraction,
+                                          [&](const MeshCandidate& candidate)
+                                          {
+                                              if (candidate.item != first)
+                                                  test(candidate.item);
+                                              return static_cast<double>(m_closest.fraction);
+                                          });
+    }
+
+    /// Null if nothing is hit.
+    const SweepHit* hit() const { return m_hasHit ? &m_closest : nullptr; }
+
+private:
+    void test(std::uint32_t item)
+    {
+        const std::uint32_t node = m_mesh.nodeOf(item);
+        const SweepHit* const hit = m_filter.accepts(node) ? m_sweep.test(item, m_closest.fraction) : nullptr;
+        if (hit == nullptr || hit->fraction > m_closest.fraction ||
+            (hit->fraction == m_closest.fraction && m_hasHit && node < m_node))
+            return;
+        m_closest = *hit;
+        m_node = node;
+        m_hasHit = true;
+    }
+
+    TriangleSweep& m_sweep;
+    const NodeFilter& m_filter;
+    const MeshQueries& m_mesh;
+    SweepHit m_closest = {};
+    std::uint32_t m_node = 0;
+    bool m_hasHit = false;
+};
 
 /// Reports hits in Bullet's order of triangles. Those that the shape cannot meet before the callback's closest hit are left
 /// out: Bullet would report no hit with them.
@@ -202,14 +247,14 @@ bool sweepAll(TriangleSweep& sweep, const SweptBox& box, const NodeFilter& filte
               btCollisionWorld::ConvexResultCallback& callback)
 {
     std::vector<MeshCandidate> candidates;
-    if (!target.mesh->tree().findOnPath(box, callback.m_closestHitFraction, candidates))
+    if (!target.mesh->findOnPath(box, callback.m_closestHitFraction, candidates))
         return false;
     for (const MeshCandidate& candidate : candidates)
     {
         if (candidate.enter > sweptLimit(callback.m_closestHitFraction) ||
             !filter.accepts(target.mesh->nodeOf(candidate.item)))
             continue;
-        const SweepHit* const hit = sweep.test(candidate.item);
+        const SweepHit* const hit = sweep.test(candidate.item, callback.m_closestHitFraction);
         if (hit != nullptr && hit->fraction <= callback.m_closestHitFraction)
             report(*hit, object, callback);
     }
@@ -222,13 +267,21 @@ bool sweepMesh(const ConvexSweep& sweep, const btCollisionObject& object, const 
 {
     const LocalMotion motion(sweep, object);
     SweptBox box;
-    boundContact(sweep, motion, target, box);
+    const btScalar reach = reachOf(motion, target);
+    boundContact(sweep, motion, reach, box);
     if (target.isScaled)
         divide(box, target.shape->getLocalScaling());
     const NodeFilter filter = filterOf(motion, target);
-    TriangleSweep triangles(sweep, object, target, callback.m_closestHitFraction);
-    return wanted == HitsWanted::Closest ? sweepClosest(triangles, box, filter, object, target, callback)
-                                         : sweepAll(triangles, box, filter, object, target, callback);
+    const SweepAxes axes(sweep, motion, reach);
+    TriangleSweep triangles(sweep, object, target, axes, callback.m_closestHitFraction);
+    if (wanted == HitsWanted::All)
+        return sweepAll(triangles, box, filter, object, target, callback);
+    ClosestSweep closest(triangles, filter, *target.mesh, callback.m_closestHitFraction);
+    if (!closest.run(box))
+        return false;
+    if (closest.hit() != nullptr)
+        report(*closest.hit(), object, callback);
+    return true;
 }
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

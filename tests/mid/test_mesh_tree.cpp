@@ -183,9 +183,10 @@ TEST_P(MeshTreeOfKind, FindsClosestCrossingOfPlainLoop)
         double expected = 1.0, closest = 1.0;
         for (const Triangle& triangle : mesh)
             expected = std::min(expected, crossing(triangle, segment.from, segment.motion).value_or(1.0));
-        const auto test = [&](std::uint32_t item)
+        const auto test = [&](const MeshCandidate& candidate)
         {
-            closest = std::min(closest, crossing(mesh[item], segment.from, segment.motion).value_or(1.0));
+            closest =
+                std::min(closest, crossing(mesh[candidate.item], segment.from, segment.motion).value_or(1.0));
             return closest;
         };
         ASSERT_TRUE(tree.visitByEntry(sweptBox(segment, 0.0), 1.0, test));
@@ -235,9 +236,9 @@ TEST_P(MeshTreeOfKind, VisitsItemsUpToLimit)
         const double limit = random.unit();
         Items items;
         ASSERT_TRUE(tree.visitByEntry(query, limit,
-                                      [&](std::uint32_t item)
+                                      [&](const MeshCandidate& candidate)
                                       {
-                                          items.push_back(item);
+                                          items.push_back(candidate.item);
                                           return limit;
                                       }));
         for (std::uint32_t item = 0; item < boxes.size(); ++item)
@@ -269,9 +270,9 @@ TEST_P(MeshTreeOfKind, FindsSameItemsWithBaselineKernels)
         ASSERT_EQ(itemsOnPath(tree, query), itemsOnPath(baseline, query));
         const auto collectInto = [](Items& items)
         {
-            return [&items](std::uint32_t item)
+            return [&items](const MeshCandidate& candidate)
             {
-                items.push_back(item);
+                items.push_back(candidate.item);
                 return 1.0;
             };
         };
@@ -397,7 +398,7 @@ TEST(MeshTree, RefusesPathThatIsNotFinite)
     const SweptBox query = sweptBox({{std::nan(""), 0, 0}, {1, 0, 0}}, 0.0);
     EXPECT_FALSE(itemsOnPath(tree, query));
     EXPECT_FALSE(tree.visitByEntry(query, 1.0,
-                                   [](std::uint32_t)
+                                   [](const MeshCandidate&)
                                    {
                                        ADD_FAILURE();
                                        return 1.0;
