@@ -230,6 +230,16 @@ TEST(ParallelWorlds, TakeOverWhatTheirClassInherits)
     EXPECT_EQ(layersOf<btDiscreteDynamicsWorldMt>(), std::vector<bool>({false, false, false, false, true}));
 }
 
+TEST(ParallelWorlds, TestRaysWhereTheirClassInheritsThat)
+{
+    EXPECT_TRUE(world_layers::Origins<btCollisionWorld>::testsRays());
+    EXPECT_TRUE(world_layers::Origins<btDiscreteDynamicsWorld>::testsRays());
+    EXPECT_TRUE(world_layers::Origins<btMultiBodyDynamicsWorld>::testsRays());
+    // They test soft bodies, too.
+    EXPECT_FALSE(world_layers::Origins<btSoftRigidDynamicsWorld>::testsRays());
+    EXPECT_FALSE(world_layers::Origins<btSoftMultiBodyDynamicsWorld>::testsRays());
+}
+
 TEST(ParallelWorlds, SetBoxesInBulletsOrderForAnyBroadphase)
 {
     const auto dbvt = history<Discrete::Serial>(std::make_unique<btDbvtBroadphase>(), 0);
