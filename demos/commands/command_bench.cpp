@@ -240,5 +240,6 @@ void addBenchCommand(CLI::App& program, Action& chosen)
     addMeshBench(*command, chosen);
     addNarrowBench(*command, chosen);
     addCudaBench(*command, chosen);
+    addLossBench(*command, chosen);
 }
 }  // namespace cullet

@@ -1,0 +1,391 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "cullet/demos/bench/losses/box_losses.h"
+
+#include "cullet/demos/bench/losses/scripted_broadphase.h"
+#include "cullet/demos/program/stopwatch.h"
+#include "cullet/demos/scenes/box_scene.h"
+
+#include <BulletCollision/BroadphaseCollision/btOverlappingPairCallback.h>
+#include <BulletCollision/CollisionDispatch/btGhostObject.h>
+
+#include <algorithm>
+
+namespace cullet
+{
+inline namespace CULLET_PRECISION
+{
+namespace
+{
+std::unique_ptr<BoxScene> makeScene(const char* name, const LossSetup& setup)
+{
+    return findBoxScene(name)->make({setup.bodies, false, setup.seed});
+}
+
+ExactBox cubeAt(const double* centre, double halfEdge)
+{
+    ExactBox box;
+    for (int axis = 0; axis < 3; ++axis)
+    {
+        box.min[axis] = centre[axis] - halfEdge;
+        box.max[axis] = centre[axis] + halfEdge;
+    }
+    return box;
+}
+
+/// A broad phase that follows one of boxScenes().
+class FollowingBroadphase : public ScriptedBroadphase
+{
+public:
+    FollowingBroadphase(const LossSetup& setup, const char* scene)
+        : ScriptedBroadphase(setup), m_scene(makeScene(scene, setup))
+    {
+    }
+
+protected:
+    void addAll()
+    {
+        for (const Aabb& box : m_scene->boxes())
+            add(toExactBox(box));
+    }
+
+    /// The next frame of the scene, for the rows from `first` on.
+    void stepScene(std::uint32_t first = 0)
+    {
+        m_scene->step();
+        for (std::uint32_t row = first; row < size(); ++row)
+            place(row, toExactBox(m_scene->boxes()[row]));
+    }
+
+    const std::vector<Aabb>& sceneBoxes() const { return m_scene->boxes(); }
+
+private:
+    std::unique_ptr<BoxScene> m_scene;
+};
+
+class GhostsLoss : public FollowingBroadphase
+{
+public:
+    explicit GhostsLoss(const LossSetup& setup)
+        : FollowingBroadphase(setup, "W1"),
+          m_ghosts(setup.bodies / 3),
+          m_movers(setup.bodies - setup.bodies / 3)
+    {
+        for (std::uint32_t row = 0; row < setup.bodies; ++row)
+        {
+            btCollisionObject& client = row < m_ghosts.size()
+                                            ? m_ghosts[row]
+                                            : m_movers[row - static_cast<std::uint32_t>(m_ghosts.size())];
+            add(toExactBox(sceneBoxes()[row]), 1, -1, &client);
+        }
+        makeBroadphase();
+        broadphase().getOverlappingPairCache()->setInternalGhostPairCallback(&m_callback);
+        createProxies();
+        findPairs();
+    }
+
+    // Before the ghosts, which the removal of pairs changes.
+    ~GhostsLoss() override { destroy(); }
+
+    double run() override
+    {
+        const auto first = static_cast<std::uint32_t>(m_ghosts.size());
+        stepScene(first);
+        const Stopwatch watch;
+        setBoxes(first);
+        findPairs();
+        return watch.wallMs();
+    }
+
+private:
+    btGhostPairCallback m_callback;
+    std::vector<btGhostObject> m_ghosts;
+    std::vector<btCollisionObject> m_movers;
+};
+
+/// Boxes in a cube of 2 m, each of which walks at random.
+class WalkingLoss : public ScriptedBroadphase
+{
+public:
+    WalkingLoss(const LossSetup& setup, double halfEdge, double origin)
+        : ScriptedBroadphase(setup), m_random(setup.seed), m_halfEdge(halfEdge), m_origin(origin)
+    {
+        for (std::uint32_t row = 0; row < setup.bodies; ++row)
+        {
+            for (int axis = 0; axis < 3; ++axis)
+                m_centres.push_back(m_random.uniform(-1.0f, 1.0f));
+            add(boxOf(row));
+        }
+        makeBroadphase();
+    }
+
+    double run() override
+    {
+        for (std::uint32_t row = 0; row < size(); ++row)
+        {
+            for (int axis = 0; axis < 3; ++axis)
+            {
+                double& x = m_centres[3 * row + static_cast<std::uint32_t>(axis)];
+                x = std::clamp(x + m_random.uniform(-0.02f, 0.02f), -1.0, 1.0);
+            }
+            place(row, boxOf(row));
+        }
+        const Stopwatch watch;
+        setBoxes();
+        findPairs();
+        return watch.wallMs();
+    }
+
+private:
+    ExactBox boxOf(std::uint32_t row) const
+    {
+        double centre[3];
+        for (std::uint32_t axis = 0; axis < 3; ++axis)
+            centre[axis] = m_origin + m_centres[3 * row + axis];
+        return cubeAt(centre, m_halfEdge);
+    }
+
+    SplitMix64 m_random;
+    double m_halfEdge;
+    double m_origin;
+    std::vector<double> m_centres;  ///< three coordinates a row
+};
+
+class FarLoss : public WalkingLoss
+{
+public:
+    explicit FarLoss(const LossSetup& setup) : WalkingLoss(setup, 0.05, 6.4e6)
+    {
+        createProxies();
+        findPairs();
+    }
+};
+
+class RefusedLoss : public WalkingLoss
+{
+public:
+    explicit RefusedLoss(const LossSetup& setup) : WalkingLoss(setup, 0.5, 0.0)
+    {
+        broadphase().getOverlappingPairCache()->setOverlapFilterCallback(&m_filter);
+        createProxies();
+        findPairs();
+    }
+
+    // Before the filter.
+    ~RefusedLoss() override { destroy(); }
+
+private:
+    struct Refusal : btOverlapFilterCallback
+    {
+        bool needBroadphaseCollision(btBroadphaseProxy*, btBroadphaseProxy*) const override { return false; }
+    };
+
+    bool allowsPairs() const override { return false; }
+
+    Refusal m_filter;
+};
+
+class SpotLoss : public ScriptedBroadphase
+{
+public:
+    explicit SpotLoss(const LossSetup& setup) : ScriptedBroadphase(setup)
+    {
+        for (std::uint32_t row = 0; row < setup.bodies; ++row)
+            add(kSpot);
+    }
+
+    double run() override
+    {
+        destroy();
+        for (std::uint32_t row = 0; row < size(); ++row)
+            place(row, kSpot);
+        makeBroadphase();
+        const Stopwatch watch;
+        createProxies();
+        findPairs();
+        for (std::uint32_t row = 0; row < size(); ++row)
+            place(row, {{2.0 * row, 0, 0}, {2.0 * row + 1, 1, 1}});
+        setBoxes();
+        findPairs();
+        return watch.wallMs();
+    }
+
+private:
+    static constexpr ExactBox kSpot = {{0, 0, 0}, {1, 1, 1}};
+};
+
+class DriftLoss : public FollowingBroadphase
+{
+public:
+    explicit DriftLoss(const LossSetup& setup) : FollowingBroadphase(setup, "W1")
+    {
+        addAll();
+        makeBroadphase();
+        createProxies();
+        findPairs();
+    }
+
+    double run() override
+    {
+        double milliseconds = 0.0;
+        for (int frame = 0; frame < 20; ++frame)
+        {
+            stepScene();
+            const Stopwatch watch;
+            setBoxes();
+            findPairs();
+            milliseconds += watch.wallMs();
+        }
+        return milliseconds;
+    }
+};
+
+class HeapLoss : public FollowingBroadphase
+{
+public:
+    explicit HeapLoss(const LossSetup& setup) : FollowingBroadphase(setup, "W4") { addAll(); }
+
+    double run() override
+    {
+        destroy();
+        makeBroadphase();
+        createProxies();
+        findPairs();
+        double slowest = 0.0;
+        for (int frame = 0; frame < 8; ++frame)
+        {
+            stepScene();
+            const Stopwatch watch;
+            setBoxes();
+            findPairs();
+            slowest = std::max(slowest, watch.wallMs());
+        }
+        return slowest;
+    }
+};
+
+class PlanningLoss : public ScriptedBroadphase
+{
+public:
+    explicit PlanningLoss(const LossSetup& setup) : ScriptedBroadphase(setup, 0), m_random(setup.seed)
+    {
+        m_firstLink = setup.bodies - std::min(kLinks, setup.bodies / 2);
+        for (std::uint32_t row = 0; row < setup.bodies; ++row)
+        {
+            const bool isLink = row >= m_firstLink;
+            add(drawBox(), isLink ? kLinkGroup : kStaticGroup,
+                isLink ? kStaticGroup | kLinkGroup : kLinkGroup);
+        }
+        makeBroadphase();
+        createProxies();
+        findPairs();
+    }
+
+    double run() override
+    {
+        double milliseconds = 0.0;
+        for (int pose = 0; pose < 200; ++pose)
+        {
+            for (std::uint32_t row = m_firstLink; row < size(); ++row)
+                place(row, drawBox());
+            const Stopwatch watch;
+            setBoxes(m_firstLink);
+            findPairs();
+            broadphase().getOverlappingPairCache()->processAllOverlappingPairs(&m_counter, nullptr);
+            milliseconds += watch.wallMs();
+        }
+        return milliseconds;
+    }
+
+private:
+    static constexpr std::uint32_t kLinks = 10;
+    static constexpr int kStaticGroup = 1, kLinkGroup = 2;
+
+    struct Counter : btOverlapCallback
+    {
+        bool processOverlap(btBroadphasePair&) override
+        {
+            ++count;
+            return false;
+        }
+        std::uint64_t count = 0;
+    };
+
+    /// Boxes of 10 to 30 cm in a room of 4 m.
+    ExactBox drawBox()
+    {
+        double centre[3];
+        for (double& x : centre)
+            x = m_random.uniform(-2.0f, 2.0f);
+        return cubeAt(centre, m_random.uniform(0.05f, 0.15f));
+    }
+
+    SplitMix64 m_random;
+    std::uint32_t m_firstLink = 0;
+    Counter m_counter;
+};
+
+class ConstructionLoss : public FollowingBroadphase
+{
+public:
+    explicit ConstructionLoss(const LossSetup& setup) : FollowingBroadphase(setup, "W1") { addAll(); }
+
+    double run() override
+    {
+        double milliseconds = 0.0;
+        for (int repetition = 0; repetition < 10; ++repetition)
+        {
+            // Also destroys that of the last run, whose pairs were the answer.
+            const Stopwatch watch;
+            destroy();
+            makeBroadphase();
+            createProxies();
+            findPairs();
+            milliseconds += watch.wallMs();
+        }
+        return milliseconds;
+    }
+};
+}  // namespace
+
+std::unique_ptr<LossSide> makeGhostsLoss(const LossSetup& setup)
+{
+    return std::make_unique<GhostsLoss>(setup);
+}
+
+std::unique_ptr<LossSide> makeFarLoss(const LossSetup& setup)
+{
+    return std::make_unique<FarLoss>(setup);
+}
+
+std::unique_ptr<LossSide> makeRefusedLoss(const LossSetup& setup)
+{
+    return std::make_unique<RefusedLoss>(setup);
+}
+
+std::unique_ptr<LossSide> makeSpotLoss(const LossSetup& setup)
+{
+    return std::make_unique<SpotLoss>(setup);
+}
+
+std::unique_ptr<LossSide> makeDriftLoss(const LossSetup& setup)
+{
+    return std::make_unique<DriftLoss>(setup);
+}
+
+std::unique_ptr<LossSide> makeHeapLoss(const LossSetup& setup)
+{
+    return std::make_unique<HeapLoss>(setup);
+}
+
+std::unique_ptr<LossSide> makePlanningLoss(const LossSetup& setup)
+{
+    return std::make_unique<PlanningLoss>(setup);
+}
+
+std::unique_ptr<LossSide> makeConstructionLoss(const LossSetup& setup)
+{
+    return std::make_unique<ConstructionLoss>(setup);
+}
+}  // namespace CULLET_PRECISION
+}  // namespace cullet

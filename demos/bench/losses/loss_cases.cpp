@@ -1,0 +1,65 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "cullet/demos/bench/losses/box_losses.h"
+#include "cullet/demos/bench/losses/loss_case.h"
+#include "cullet/demos/bench/losses/query_losses.h"
+#include "cullet/demos/bench/losses/world_losses.h"
+
+namespace cullet
+{
+inline namespace CULLET_PRECISION
+{
+const std::vector<LossCase>& lossCases()
+{
+    constexpr LossMeasure kTime = LossMeasure::Time, kMemory = LossMeasure::Memory;
+    static const std::vector<std::string> broad = {"cullet", "dbvt", "dbvt-deferred"};
+    // Deferred, DBVT finds the pairs of a ghost that moves at the end of a step in the next one.
+    static const std::vector<std::string> immediate = {"cullet", "dbvt"};
+    static const std::vector<std::string> narrow = {"cullet", "bullet"};
+    static const std::vector<std::string> whole = {"cullet", "broadphase"};
+    static const std::vector<LossCase> cases = {
+        {"ghosts", "two of three bodies move among ghosts at rest: setAabb and pairs", 30000, kTime, 1, broad,
+         makeGhostsLoss},
+        {"crowd", "characters with ghosts: broad phase of a step", 400, kTime, 1, immediate, makeCrowdLoss},
+        {"far", "boxes of 10 cm in 2 m move 6,400 km from the origin: setAabb and pairs", 5000, kTime, 1.2,
+         broad, makeFarLoss, true},
+        {"far-memory", "the same: memory", 5000, kMemory, 1.2, broad, makeFarLoss, true},
+        {"refused", "boxes of 1 m in 2 m move, a filter callback refuses all pairs: setAabb and pairs", 2000,
+         kTime, 1, broad, makeRefusedLoss},
+        {"refused-memory", "the same: memory", 2000, kMemory, 1, broad, makeRefusedLoss},
+        {"ray-moving", "one ray a frame on bodies that all move: the ray", 100000, kTime, 1, broad,
+         makeRayMovingLoss},
+        {"rays-moving", "100 rays a frame on bodies that all move: the rays", 100000, kTime, 1, broad,
+         makeRaysMovingLoss},
+        {"ray-resting", "one ray a frame on bodies at rest, first ones included: the ray", 100000, kTime, 1,
+         broad, makeRayRestingLoss},
+        {"spot", "bodies created at one spot, pairs, moved apart, pairs", 3000, kTime, 1, broad,
+         makeSpotLoss},
+        {"memory", "a world of 100 bodies that move: memory", 100, kMemory, 1.5, broad, makeDriftLoss},
+        {"heap", "a heap at rest, slowest of the frames 2 to 9 after its creation", 64000, kTime, 3, broad,
+         makeHeapLoss},
+        {"planning", "10 links teleport among static boxes: setAabb, pairs, processAllOverlappingPairs", 1010,
+         kTime, 1, broad, makePlanningLoss},
+        {"construction", "construction with bodies, first pairs, destruction", 100, kTime, 1, broad,
+         makeConstructionLoss},
+        {"tiny", "a world of 14 bodies that move: setAabb and pairs", 14, kTime, 1, broad, makeDriftLoss},
+        {"tiny-2", "a world of 2 bodies that move: setAabb and pairs", 2, kTime, 1, broad, makeDriftLoss},
+        {"wall", "a wall falls apart: broad phase of a step", 1000, kTime, 1, broad, makeWallLoss},
+        {"wall-step", "a wall falls apart: whole step", 1000, kTime, 1, broad, makeWallStepLoss},
+        {"dispatcher-mesh", "Dispatcher with DBVT, bodies on a mesh: whole step", 4410, kTime, 1, narrow,
+         makeMeshStepLoss},
+        {"dispatcher-boxes", "Dispatcher with DBVT, boxes fall: whole step", 32000, kTime, 1, narrow,
+         makeBoxesStepLoss},
+        {"dispatcher-pyramid", "Dispatcher with DBVT, pyramid of boxes: whole step", 1240, kTime, 1, narrow,
+         makePyramidStepLoss},
+        {"all-boxes", "all of cullet against Broadphase alone, boxes fall: whole step", 32000, kTime, 1,
+         whole, makeAllBoxesLoss},
+        {"cylinders", "cylinders lie on a mesh: dispatch", 200, kTime, 1, narrow, makeCylindersLoss},
+        {"compounds", "compounds of 50 hulls lie on a mesh: dispatch", 20, kTime, 1, narrow,
+         makeCompoundsLoss},
+        {"gimpact", "GImpact tori lie on a mesh: dispatch", 20, kTime, 1, narrow, makeGImpactLoss},
+    };
+    return cases;
+}
+}  // namespace CULLET_PRECISION
+}  // namespace cullet
