@@ -39,10 +39,10 @@ static_assert(sizeof(btBroadphaseProxy) != 56 || sizeof(Proxy) == 64, "one cache
 
 /// The memory of proxies, indexed by row. A proxy never moves, and its row is computed from its address.
 ///
-/// Chunks of 64 KiB are aligned to their size and begin with the row of their first proxy, so that finding a row costs
-/// a mask and one load that is nearly always cached. From the 65th on they come in blocks of 4 MiB, in pages of 2 MiB if
-/// the system has them: changed pairs read proxies in random order, and would wait for a page table walk for each.
-/// Chunks are kept until clear(); the owner allocates the rows.
+/// Chunks of 8 KiB are aligned to their size and begin with the row of their first proxy, so that finding a row costs
+/// a mask and one load that is nearly always cached. A chunk is small, since a world of 100 bodies has one. From 4 MiB
+/// on they come in blocks of that size, in pages of 2 MiB if the system has them: changed pairs read proxies in random
+/// order, and would wait for a page table walk for each. Chunks are kept until clear(); the owner allocates the rows.
 class ProxyPool
 {
 public:
@@ -51,8 +51,9 @@ public:
     ProxyPool(const ProxyPool&) = delete;
     ProxyPool& operator=(const ProxyPool&) = delete;
 
-    static constexpr std::size_t kChunkBytes = 65536;
+    static constexpr std::size_t kChunkBytes = 8192;
     static constexpr std::uint32_t kProxiesPerChunk = kChunkBytes / sizeof(Proxy) - 1;
+    static constexpr std::size_t kChunksPerBlock = (std::size_t{4} << 20) / kChunkBytes;
 
     /// The proxy of a row; allocates the memory of a new row, and leaves the content of a reused one as it is.
     Proxy* make(std::uint32_t row);
@@ -88,8 +89,6 @@ private:
         Proxy proxies[kProxiesPerChunk];
     };
     static_assert(sizeof(Chunk) == kChunkBytes, "the row follows from the address by a mask");
-
-    static constexpr std::size_t kChunksPerBlock = 64;
 
     void* allocateChunk();
 

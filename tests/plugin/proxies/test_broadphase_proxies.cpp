@@ -429,7 +429,8 @@ TEST(ProxyStore, SkipsIdsOfLiveProxiesAfterRestart)
 TEST(ProxyPool, KeepsAddressesAndRowsWhileItGrowsByChunksAndBlocks)
 {
     // Three blocks: the first one of chunks by themselves.
-    constexpr std::uint32_t kRows = 130 * ProxyPool::kProxiesPerChunk + 1;
+    constexpr auto kChunks = static_cast<std::uint32_t>(2 * ProxyPool::kChunksPerBlock + 2);
+    constexpr std::uint32_t kRows = kChunks * ProxyPool::kProxiesPerChunk + 1;
     ProxyPool pool;
     for (int round = 0; round < 2; ++round)
     {
@@ -445,8 +446,9 @@ TEST(ProxyPool, KeepsAddressesAndRowsWhileItGrowsByChunksAndBlocks)
             ASSERT_EQ(ProxyPool::rowOf(proxies[row]), row);
             ASSERT_EQ(proxies[row]->m_uniqueId, static_cast<int>(row + 7));
         }
-        EXPECT_GE(pool.bytes(), 192 * ProxyPool::kChunkBytes);
-        EXPECT_LE(pool.bytes(), 193 * ProxyPool::kChunkBytes);
+        constexpr std::size_t kBytesOfBlock = ProxyPool::kChunksPerBlock * ProxyPool::kChunkBytes;
+        EXPECT_GE(pool.bytes(), 3 * kBytesOfBlock);
+        EXPECT_LE(pool.bytes(), 3 * kBytesOfBlock + 2 * kChunks * sizeof(void*) + 64);
         pool.clear();
     }
 }
