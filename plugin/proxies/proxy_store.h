@@ -54,7 +54,7 @@ public:
 
     /// Calls refreshFilter() for the next rows in turn, for proxies that receive no setAabb().
     ///
-    /// O(1): kFilterRows rows per call, so that a call covers a world of up to that size completely.
+    /// A quarter of the rows per call, but at least kLeastFilterRows, and at most kMostFilterRows.
     void refreshSomeFilters() noexcept;
 
     static std::uint32_t rowOf(const Proxy* proxy) noexcept { return ProxyPool::rowOf(proxy); }
@@ -110,7 +110,8 @@ public:
     std::uint64_t bytes() const noexcept { return m_table.bytes() + m_pool.bytes() + m_directory.bytes(); }
 
 private:
-    static constexpr std::uint32_t kFilterRows = 4096;
+    static constexpr std::uint32_t kLeastFilterRows = 256;
+    static constexpr std::uint32_t kMostFilterRows = 4096;
 
     std::uint32_t nextUniqueId() noexcept;
     Aabb countedBox(const btVector3& aabbMin, const btVector3& aabbMax) noexcept;
