@@ -51,8 +51,10 @@ public:
     BackendStats stats() const override;
     void forEachCell(const CellVisitor& visit) const override;
 
-    /// The pairs given to restart(), until the next update.
-    const Pairs& known() const noexcept { return m_known; }
+    /// The pairs held, or those given to restart() if there was no update since; sorted.
+    ///
+    /// @param view of the coming update, in which destroyed rows still have their ids
+    Pairs heldPairs(const ProxyView& view);
 
 private:
     enum class Mode : std::uint8_t

@@ -25,6 +25,20 @@ void ColumnGridBackend::collectHeld(std::vector<RowPair>& held)
         part.pairs.forEachHeld([&](RowPair pair) { held.push_back(pair); });
 }
 
+Pairs ColumnGridBackend::heldPairs(const ProxyView& view)
+{
+    if (m_restarted)
+        return m_known;
+    std::vector<RowPair> held;
+    collectHeld(held);
+    Pairs pairs;
+    pairs.reserve(held.size());
+    for (const RowPair pair : held)
+        pairs.push_back(makePair(view.uniqueIds[pair.a], view.uniqueIds[pair.b]));
+    std::sort(pairs.begin(), pairs.end());
+    return pairs;
+}
+
 /// Turns the pairs given to restart() into rows; pairs of destroyed proxies are removed at once.
 void ColumnGridBackend::collectKnown(const ProxyView& view, std::vector<RowPair>& held)
 {

@@ -3,6 +3,7 @@
 #include "cullet/broad/backend.h"
 #include "cullet/broad/comparison/cell_grid_backend.h"
 #include "cullet/broad/grid/column_grid_backend.h"
+#include "cullet/broad/small/few_changes_policy.h"
 #include "cullet/broad/small/small_world_backend.h"
 
 #include <limits>
@@ -12,8 +13,8 @@ namespace cullet
 {
 namespace
 {
-/// The default grid: a SmallWorldBackend up to a few hundred rows, then a ColumnGridBackend until a restart with few
-/// rows.
+/// The default grid: a SmallWorldBackend up to a few hundred rows, and up to some more while few of them change; else a
+/// ColumnGridBackend.
 class SizedGridBackend final : public Backend, public CellSource
 {
 public:
@@ -21,30 +22,22 @@ public:
         : m_options(options),
           m_smallWorld(std::make_unique<SmallWorldBackend>(options.baselineSimd)),
           m_smallWorldLimit(options.flatLimit == GridOptions::kMeasured ? m_smallWorld->worthwhileRows()
-                                                                        : options.flatLimit)
+                                                                        : options.flatLimit),
+          m_fewChangesLimit(options.flatLimit == GridOptions::kMeasured
+                                ? FewChangesPolicy::kMostRowsFactor * m_smallWorldLimit
+                                : m_smallWorldLimit)
     {
     }
 
     Status update(const ProxyView& proxies, PairDelta& delta) override
     try
     {
-        if (m_smallWorld != nullptr && proxies.size > m_smallWorldLimit)
-        {
-            auto grid = std::make_unique<ColumnGridBackend>(m_options);
-            grid->restart(m_smallWorld->heldPairs());
-            m_grid = std::move(grid);
-            m_smallWorld.reset();
-        }
-        // A ProxyTable never shrinks, so that only a restart can have fewer rows.
-        else if (m_isRestarted && m_smallWorld == nullptr && proxies.size <= m_smallWorldLimit)
-        {
-            auto smallWorld = std::make_unique<SmallWorldBackend>(m_options.baselineSimd);
-            smallWorld->restart(m_grid->known());
-            m_rebuildsBefore += m_grid->stats().rebuildsTotal;
-            m_smallWorld = std::move(smallWorld);
-            m_grid.reset();
-        }
-        m_isRestarted = false;
+        m_policy.count(proxies.dirtyCount, proxies.size);
+        const bool isSmall = proxies.size <= (m_policy.areFew() ? m_fewChangesLimit : m_smallWorldLimit);
+        if (m_smallWorld != nullptr && !isSmall)
+            changeToGrid();
+        else if (m_smallWorld == nullptr && isSmall)
+            changeToSmallWorld(proxies);
         return current().update(proxies, delta);
     }
     catch (const std::bad_alloc&)
@@ -53,11 +46,7 @@ public:
         return Status::OutOfMemory;
     }
 
-    void restart(const Pairs& known) override
-    {
-        current().restart(known);
-        m_isRestarted = true;
-    }
+    void restart(const Pairs& known) override { current().restart(known); }
 
     const char* name() const noexcept override { return "grid"; }
     BackendStats stats() const override
@@ -73,6 +62,23 @@ public:
     }
 
 private:
+    void changeToGrid()
+    {
+        auto grid = std::make_unique<ColumnGridBackend>(m_options);
+        grid->restart(m_smallWorld->heldPairs());
+        m_grid = std::move(grid);
+        m_smallWorld.reset();
+    }
+
+    void changeToSmallWorld(const ProxyView& proxies)
+    {
+        auto smallWorld = std::make_unique<SmallWorldBackend>(m_options.baselineSimd);
+        smallWorld->restart(m_grid->heldPairs(proxies));
+        m_rebuildsBefore += m_grid->stats().rebuildsTotal;
+        m_smallWorld = std::move(smallWorld);
+        m_grid.reset();
+    }
+
     Backend& current() const
     {
         return m_smallWorld != nullptr ? static_cast<Backend&>(*m_smallWorld)
@@ -83,7 +89,8 @@ private:
     std::unique_ptr<SmallWorldBackend> m_smallWorld;  ///< null while the grid is in use
     std::unique_ptr<ColumnGridBackend> m_grid;        ///< null while m_smallWorld is in use
     std::uint32_t m_smallWorldLimit;
-    bool m_isRestarted = false;
+    std::uint32_t m_fewChangesLimit;  ///< rows, while few of them change
+    FewChangesPolicy m_policy;
     std::uint64_t m_rebuildsBefore = 0;  ///< rebuilds of grids that a SmallWorldBackend replaced
 };
 }  // namespace

@@ -134,6 +134,7 @@ const std::vector<BackendCase>& backendCases()
         grid("GridThreeLevels", withLevels(3)),
         grid("GridBaselineSimd", withBaselineSimd()),
         flat("Default", GridOptions::kMeasured),
+        flat("DefaultBaselineSimd", GridOptions::kMeasured, true),
         flat("FlatBaselineSimd", 1u << 20, true),
         flat("FlatUntilForty", 40),
         cells("Cells"),

@@ -222,5 +222,113 @@ TEST(SmallWorldBackend, KeepsPairsWhenColumnGridTakesOver)
     EXPECT_NE(std::string(session.backend().stats().path).substr(0, 4), "flat");
     EXPECT_EQ(session.pairs().size(), 99u);
 }
+
+/// A world of the default grid with a hundred rows more than a SmallWorldBackend takes in any case.
+struct MidWorld
+{
+    MidWorld()
+    {
+        const std::uint32_t count = SmallWorldBackend(false).worthwhileRows() + 100;
+        for (std::uint32_t i = 0; i < count; ++i)
+            rows.push_back(session.add(boxAt(float(i) * 0.9f, 0, 0)));
+    }
+
+    void move(std::uint32_t first, std::uint32_t count)
+    {
+        for (std::uint32_t i = first; i < first + count; ++i)
+            session.table.setBox(rows[i], translated(session.table.box(rows[i]), 0, 0, 0.001f));
+    }
+
+    bool isFlat() { return std::string(session.backend().stats().path).substr(0, 4) == "flat"; }
+
+    /// Updates with `count` moved boxes each, up to the change of the backend.
+    int updatesUntil(bool flat, std::uint32_t count)
+    {
+        for (int update = 1; update <= 2000; ++update)
+        {
+            move(5, count);
+            EXPECT_TRUE(session.step());
+            EXPECT_TRUE(session.reported({}, {})) << "the change of the backend must not change pairs";
+            if (isFlat() == flat)
+                return update;
+        }
+        return 2000;
+    }
+
+    BackendSession session{makeGridBackend()};
+    std::vector<ProxyId> rows;
+};
+
+TEST(SmallWorldBackend, TakesOverFromColumnGridWhileFewBoxesMove)
+{
+    MidWorld world;
+    ASSERT_TRUE(world.session.step());
+    EXPECT_FALSE(world.isFlat());
+    EXPECT_EQ(world.updatesUntil(true, 10), 8);
+    const auto count = static_cast<std::uint32_t>(world.rows.size());
+    // Only those that moved are tested.
+    world.move(5, 10);
+    ASSERT_TRUE(world.session.step());
+    EXPECT_LE(world.session.backend().stats().candidates, 10u * (count + 63));
+    EXPECT_EQ(world.updatesUntil(false, count / 4), 4);
+    // Each further change takes longer, so that a world in between does not change back and forth.
+    EXPECT_EQ(world.updatesUntil(true, 10), 16);
+    EXPECT_EQ(world.updatesUntil(false, count / 4), 4);
+    EXPECT_EQ(world.updatesUntil(true, 10), 32);
+}
+
+TEST(SmallWorldBackend, KeepsColumnGridInLargeWorldsWhereFewBoxesMove)
+{
+    BackendSession session(makeGridBackend());
+    const std::uint32_t count = 4 * SmallWorldBackend(false).worthwhileRows() + 1;
+    for (std::uint32_t i = 0; i < count; ++i)
+        session.add(boxAt(float(i) * 0.9f, 0, 0));
+    ASSERT_TRUE(session.step());
+    for (int update = 0; update < 20; ++update)
+    {
+        session.table.setBox(3, translated(session.table.box(3), 0, 0, 0.001f));
+        ASSERT_TRUE(session.step());
+        ASSERT_NE(std::string(session.backend().stats().path).substr(0, 4), "flat");
+    }
+}
+
+TEST(SmallWorldBackend, HasPairsOfOracleWhileShareOfMovingBoxesChanges)
+{
+    constexpr std::uint32_t kSeed = 41;
+    SCOPED_TRACE("seed " + std::to_string(kSeed));
+    Random random(kSeed);
+    BackendSession session(makeGridBackend());
+    session.margin = 0.05f;
+    const std::uint32_t count = SmallWorldBackend(false).worthwhileRows() + 40;
+    std::vector<ProxyId> rows;
+    for (std::uint32_t i = 0; i < count; ++i)
+        rows.push_back(session.add(boxAt(random.point(0, 9))));
+    int flatUpdates = 0, gridUpdates = 0;
+    for (int update = 0; update < 400; ++update)
+    {
+        const bool moveMany = update / 40 % 2 == 0;
+        const std::uint32_t moved = moveMany ? count / 2 : 5;
+        for (std::uint32_t i = 0; i < moved; ++i)
+        {
+            const ProxyId row = rows[random.below(count)];
+            session.table.setBox(row, boxAt(random.point(0, 9)));
+        }
+        if (update % 7 == 0)
+        {
+            ProxyId& row = rows[random.below(count)];
+            session.table.destroy(row);
+            row = session.add(boxAt(random.point(0, 9)));
+        }
+        if (update % 90 == 50)
+            session.useFilter = !session.useFilter;
+        if (update % 70 == 30)
+            session.margin = session.margin == 0.0f ? 0.05f : 0.0f;
+        ASSERT_TRUE(session.step()) << "update " << update;
+        ++(std::string(session.backend().stats().path).substr(0, 4) == "flat" ? flatUpdates : gridUpdates);
+    }
+    EXPECT_GT(flatUpdates, 50);
+    EXPECT_GT(gridUpdates, 50);
+    EXPECT_GT(session.addedTotal(), 10000u);
+}
 }  // namespace
 }  // namespace cullet::test
