@@ -123,7 +123,7 @@ public:
     void destroyProxy(btBroadphaseProxy* proxy, btDispatcher* dispatcher) override;
 
     /// Stores a box. O(1), without allocation, device call or search for pairs. Exceptions: the box of a ghost costs a
-    /// box query, and a box inside the bounds of all ghosts costs at most O(ghosts / 8).
+    /// box query, and a box inside the bounds of all ghosts a search in the tree of ghosts.
     void setAabb(btBroadphaseProxy* proxy, const btVector3& aabbMin, const btVector3& aabbMax,
                  btDispatcher* dispatcher) override;
 
