@@ -191,6 +191,7 @@ public:
     std::uint32_t upcomingUniqueId() const;
 
     const Backend& backend() const;
+    /// In double builds its boxes are relative to a place near most bodies, where the world is far from its origin.
     const ProxyTable& table() const;
 
 private:

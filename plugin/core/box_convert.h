@@ -107,10 +107,32 @@ inline Aabb toFloatBox(const btVector3& min, const btVector3& max)
     return box;
 }
 
-/// toFloatBox() of a valid box, otherwise kEmptyAabb: rounding could make an invalid box valid.
-inline Aabb toTableBox(const btVector3& min, const btVector3& max)
+/// Where the boxes of a table have their origin: far from that of the world, a float is coarser than the bodies.
+///
+/// Rounded differences keep the order of coordinates, so that boxes that overlap do so in the table, too. Float builds
+/// have the world's own origin.
+class TableOrigin
 {
-    return isValidBox(min, max) ? toFloatBox(min, max) : kEmptyAabb;
-}
+public:
+    /// The smallest float box around a box, relative to this origin; see toFloatBox().
+    Aabb toTable(const btVector3& min, const btVector3& max) const
+    {
+        if constexpr (sizeof(btScalar) == sizeof(float))
+            return toFloatBox(min, max);
+        return toFloatBox(min - m_place, max - m_place);
+    }
+
+    /// toTable() of a valid box, otherwise kEmptyAabb: rounding could make an invalid box valid.
+    Aabb toTableOrEmpty(const btVector3& min, const btVector3& max) const
+    {
+        return isValidBox(min, max) ? toTable(min, max) : kEmptyAabb;
+    }
+
+    const btVector3& place() const { return m_place; }
+    void setPlace(const btVector3& place) { m_place = place; }
+
+private:
+    btVector3 m_place = btVector3(0, 0, 0);
+};
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

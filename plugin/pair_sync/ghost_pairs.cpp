@@ -39,6 +39,20 @@ void GhostPairs::rescan()
     m_hasGhostCallback.store(isInstalled, std::memory_order_release);
 }
 
+/// Reads the boxes of all ghosts again after the origin of the table's boxes has moved.
+void GhostPairs::followOrigin() noexcept
+{
+    if (m_recentredTotal == m_store.recentredTotal())
+        return;
+    m_recentredTotal = m_store.recentredTotal();
+    m_store.forEach(
+        [this](const Proxy*, std::uint32_t row)
+        {
+            if (m_ghostBoxes.contains(row))
+                m_ghostBoxes.set(row, m_store.table().box(row));
+        });
+}
+
 void GhostPairs::add(const Proxy& proxy)
 {
     if (!m_hasGhostCallback.load(std::memory_order_relaxed) || !isGhost(proxy))

@@ -50,18 +50,25 @@ public:
     /// Adds the pairs of a proxy's new box with ghosts. The index must contain the box.
     void addPairs(Proxy& proxy, const QueryIndex& index)
     {
-        if (!m_ghostBoxes.isEmpty())
-            addPairsOfBox(proxy, index);
+        if (m_ghostBoxes.isEmpty())
+            return;
+        followOrigin();
+        addPairsOfBox(proxy, index);
     }
 
     /// Shrinks the bounds of moving ghosts, which have only grown since the last call. Call once per update.
-    void tighten() noexcept { m_ghostBoxes.tighten(); }
+    void tighten() noexcept
+    {
+        followOrigin();
+        m_ghostBoxes.tighten();
+    }
 
     std::uint32_t count() const noexcept { return m_ghostBoxes.size(); }
     std::uint64_t bytes() const noexcept { return m_ghostBoxes.bytes(); }
 
 private:
     void rescan();
+    void followOrigin() noexcept;
     void addPairsOfBox(Proxy& proxy, const QueryIndex& index);
 
     ProxyStore& m_store;
@@ -70,6 +77,7 @@ private:
     std::atomic<bool> m_hasGhostCallback{false};
     std::mutex m_rescan;
     std::vector<std::uint32_t> m_overlappingIds;
+    std::uint32_t m_recentredTotal = 0;  ///< of the store, at the last call
 };
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

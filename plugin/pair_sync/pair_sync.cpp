@@ -9,6 +9,7 @@
 #include "cullet/plugin/pair_sync/backend_choice.h"
 
 #include <algorithm>
+#include <new>
 #include <string>
 #include <utility>
 
@@ -83,7 +84,9 @@ void PairSync::update(float margin, btDispatcher* dispatcher)
     detectExternalChanges();
     if (m_filter == nullptr)
         m_store.refreshSomeFilters();
-    const ProxyView view = m_store.table().beginUpdate(margin, m_filter == nullptr);
+    ProxyView view = m_store.table().beginUpdate(margin, m_filter == nullptr);
+    if (recentreIfCoarse(view))
+        view = m_store.table().beginUpdate(margin, m_filter == nullptr);
     if (!runBackend(view))
         return;
     // Cleared at the end, unless a callback interferes: after an exception the next update restarts the backend too and
@@ -110,6 +113,29 @@ void PairSync::update(float margin, btDispatcher* dispatcher)
     trimCapacity(m_toReevaluate);
     trimCapacity(m_separatedPairs);
     trimCapacity(m_scratch);
+}
+
+/// Moves the origin of the table's boxes, if floats are too coarse where most of them are.
+bool PairSync::recentreIfCoarse(const ProxyView& view)
+{
+    m_isAnyCoarse = sizeof(btScalar) != sizeof(float) && isAnyCoarse(view);
+    if (!m_isAnyCoarse || m_updatesTotal < m_nextRecentring)
+        return false;
+    bool hasMoved = false;
+    try
+    {
+        hasMoved = m_store.recentre();
+    }
+    catch (const std::bad_alloc&)
+    {
+        // Coarse boxes cost time only.
+    }
+    m_recentringWait =
+        hasMoved ? kShortestRecentringWait : std::min(2 * m_recentringWait, kLongestRecentringWait);
+    m_nextRecentring = m_updatesTotal + m_recentringWait;
+    // Deferred pairs have boxes of the former origin.
+    m_mustReevaluateAll |= hasMoved;
+    return hasMoved;
 }
 
 void PairSync::detectExternalChanges()
@@ -244,10 +270,10 @@ bool PairSync::areSeparated(Pair pair, float margin) const
 void PairSync::collectSeparated(const ProxyView& view, bool mustReevaluateAll)
 {
     m_separatedPairs.clear();
-    if (sizeof(btScalar) == sizeof(float) || !(mustReevaluateAll || isAnyCoarse(view)))
+    if (sizeof(btScalar) == sizeof(float) || !(mustReevaluateAll || m_isAnyCoarse))
         return;
     const auto hasCoarseBox = [&](const btBroadphaseProxy* proxy)
-    { return isCoarse(toTableBox(proxy->m_aabbMin, proxy->m_aabbMax), view.margin); };
+    { return isCoarse(m_store.origin().toTableOrEmpty(proxy->m_aabbMin, proxy->m_aabbMax), view.margin); };
     const btBroadphasePairArray& cached = m_adapter.cache()->getOverlappingPairArray();
     for (int i = 0; i < cached.size(); ++i)
     {

@@ -52,6 +52,7 @@ public:
     void addTo(BroadphaseStats& stats) const;
 
 private:
+    bool recentreIfCoarse(const ProxyView& view);
     void detectExternalChanges();
     bool runBackend(const ProxyView& view);
     void replaceBackend(Status status);
@@ -89,9 +90,14 @@ private:
     std::uint64_t m_externalChanges = 0;                // the adapter's count at the last update
     bool m_needsRestart = false;
     bool m_mustReevaluateAll = false;
+    bool m_isAnyCoarse = false;     // isCoarse() for a changed box of this update
     bool m_isCacheChanged = false;  // the only reason for the restart
     bool m_isUpdating = false;
     bool m_wasInterrupted = false;  // a callback of this update called skipChanges() or setBackend()
+    // Updates until the origin of the table may move again: a world that nothing makes finer is seldom asked.
+    static constexpr std::uint64_t kShortestRecentringWait = 16, kLongestRecentringWait = 1024;
+    std::uint64_t m_recentringWait = kShortestRecentringWait;
+    std::uint64_t m_nextRecentring = 0;
     std::uint64_t m_updatesTotal = 0;
     std::uint64_t m_restartsTotal = 0;
     std::uint64_t m_fallbacksTotal = 0;

@@ -105,8 +105,9 @@ void DebugDrawing::drawCells(const Backend& backend) const
     source->forEachCell(
         [&](const Aabb& cell, std::uint32_t)
         {
-            btVector3 min(cell.min[0], cell.min[1], cell.min[2]);
-            btVector3 max(cell.max[0], cell.max[1], cell.max[2]);
+            const btVector3& origin = m_store.origin().place();
+            btVector3 min = origin + btVector3(cell.min[0], cell.min[1], cell.min[2]);
+            btVector3 max = origin + btVector3(cell.max[0], cell.max[1], cell.max[2]);
             if (clipToBounds(min, max))
                 m_drawer.drawAabb(min, max, m_options.cellColor);
         });

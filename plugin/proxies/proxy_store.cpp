@@ -3,14 +3,88 @@
 #include "cullet/plugin/proxies/proxy_store.h"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
+#include <vector>
 
 namespace cullet
 {
 inline namespace CULLET_PRECISION
 {
+namespace
+{
+/// Boxes beyond this, as those of Bullet's static planes, do not say where a world is.
+constexpr btScalar kUnbounded = btScalar(1e15);
+/// The origin moves if the middle one of all boxes is then so many times nearer.
+constexpr btScalar kMuchNearer = btScalar(8);
+
+btScalar medianOf(std::vector<btScalar>& values)
+{
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    return *middle;
+}
+
+/// Largest distance of a face from a place, along any axis.
+btScalar reachOf(const btBroadphaseProxy& proxy, const btVector3& place)
+{
+    const btVector3 low = (proxy.m_aabbMin - place).absolute(), high = (proxy.m_aabbMax - place).absolute();
+    return std::max({low.x(), low.y(), low.z(), high.x(), high.y(), high.z()});
+}
+
+bool isBounded(const btBroadphaseProxy& proxy)
+{
+    return isValidBox(proxy.m_aabbMin, proxy.m_aabbMax) && reachOf(proxy, btVector3(0, 0, 0)) < kUnbounded;
+}
+}  // namespace
+
+bool ProxyStore::recentre()
+{
+    std::array<std::vector<btScalar>, 3> centres;
+    forEach(
+        [&](const Proxy* proxy, std::uint32_t)
+        {
+            for (int axis = 0; axis < 3 && isBounded(*proxy); ++axis)
+                centres[std::size_t(axis)].push_back((proxy->m_aabbMin[axis] + proxy->m_aabbMax[axis]) / 2);
+        });
+    if (centres[0].empty())
+        return false;
+    btVector3 place(0, 0, 0);
+    for (int axis = 0; axis < 3; ++axis)
+        // A whole number, so that differences to it are exact near it.
+        place[axis] = std::round(medianOf(centres[std::size_t(axis)]));
+    if (!isMuchNearer(place))
+        return false;
+    m_origin.setPlace(place);
+    ++m_recentredTotal;
+    forEach(
+        [&](const Proxy* proxy, std::uint32_t row)
+        {
+            // A box that is hidden is not in the table.
+            if (isValid(m_table.box(row)))
+                m_table.setValidBox(row, m_origin.toTable(proxy->m_aabbMin, proxy->m_aabbMax));
+        });
+    return true;
+}
+
+/// Whether the middle one of all bounded boxes is much nearer to a place than to the origin.
+bool ProxyStore::isMuchNearer(const btVector3& place) const
+{
+    std::vector<btScalar> before, after;
+    forEach(
+        [&](const Proxy* proxy, std::uint32_t)
+        {
+            if (!isBounded(*proxy))
+                return;
+            before.push_back(reachOf(*proxy, m_origin.place()));
+            after.push_back(reachOf(*proxy, place));
+        });
+    return kMuchNearer * medianOf(after) <= medianOf(before);
+}
+
 Aabb ProxyStore::countedBox(const btVector3& aabbMin, const btVector3& aabbMax) noexcept
 {
-    const Aabb box = toTableBox(aabbMin, aabbMax);
+    const Aabb box = m_origin.toTableOrEmpty(aabbMin, aabbMax);
     if (!isValid(box))
         m_invalidBoxes.fetch_add(1, std::memory_order_relaxed);
     return box;
@@ -80,6 +154,7 @@ void ProxyStore::endUpdate() noexcept
 void ProxyStore::reset()
 {
     m_table.clear();
+    m_origin = TableOrigin();
     m_pool.clear();
     m_directory.clear();
     m_nextUniqueId = 1;

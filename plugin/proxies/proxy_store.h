@@ -32,16 +32,28 @@ public:
     void hide(Proxy* proxy) noexcept { m_table.setBox(rowOf(proxy), kEmptyAabb); }
     void destroy(Proxy* proxy) noexcept;
 
-    /// Stores the box in the proxy and, rounded outward to float, in the table.
+    /// Stores the box in the proxy and, relative to origin() and rounded outward to float, in the table.
     void setBox(Proxy* proxy, const btVector3& aabbMin, const btVector3& aabbMax)
     {
         proxy->m_aabbMin = aabbMin;
         proxy->m_aabbMax = aabbMax;
         if (isValidBox(aabbMin, aabbMax))
-            m_table.setValidBox(rowOf(proxy), toFloatBox(aabbMin, aabbMax));
+            m_table.setValidBox(rowOf(proxy), m_origin.toTable(aabbMin, aabbMax));
         else
             setInvalidBox(rowOf(proxy));
     }
+
+    /// The origin of the boxes in the table.
+    const TableOrigin& origin() const noexcept { return m_origin; }
+
+    /// Moves origin() to where most boxes are, if they are much nearer to that place than to the present origin; all
+    /// boxes in the table then change. O(bodies). May throw std::bad_alloc and then changes nothing.
+    ///
+    /// @return whether the origin moved
+    bool recentre();
+
+    /// Number of times that the origin moved.
+    std::uint32_t recentredTotal() const noexcept { return m_recentredTotal; }
 
     /// Copies the filter words of the proxy, which applications write directly, to the table.
     void refreshFilter(Proxy* proxy) noexcept
@@ -114,12 +126,15 @@ private:
     static constexpr std::uint32_t kMostFilterRows = 4096;
 
     std::uint32_t nextUniqueId() noexcept;
+    bool isMuchNearer(const btVector3& place) const;
     Aabb countedBox(const btVector3& aabbMin, const btVector3& aabbMax) noexcept;
     void setInvalidBox(std::uint32_t row) noexcept;
 
     ProxyTable m_table;
     ProxyPool m_pool;
     UniqueIdMap m_directory;
+    TableOrigin m_origin;
+    std::uint32_t m_recentredTotal = 0;
     std::uint32_t m_nextUniqueId;
     std::uint32_t m_quarantinedCount = 0;
     std::uint32_t m_nextFilterRow = 0;

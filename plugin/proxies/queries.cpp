@@ -74,15 +74,17 @@ private:
 };
 
 RaySegment toSegment(const btVector3& from, const btVector3& boxMin, const btVector3& boxMax,
-                     const btBroadphaseRayCallback& callback)
+                     const btBroadphaseRayCallback& callback, const btVector3& origin)
 {
     RaySegment segment = {};
     for (int axis = 0; axis < 3; ++axis)
     {
-        segment.origin[axis] = from[axis];
+        // Bullet's test rounds sums of the size of the origin; 0 at the world's own.
+        const btScalar rounding = 8 * SIMD_EPSILON * btFabs(origin[axis]);
+        segment.origin[axis] = from[axis] - origin[axis];
         segment.inverseDirection[axis] = callback.m_rayDirectionInverse[axis];
-        segment.growMin[axis] = boxMin[axis];
-        segment.growMax[axis] = boxMax[axis];
+        segment.growMin[axis] = boxMin[axis] - rounding;
+        segment.growMax[axis] = boxMax[axis] + rounding;
     }
     segment.lambdaMax = callback.m_lambda_max;
     return segment;
@@ -108,7 +110,7 @@ void testRay(const ProxyStore& store, const QueryIndex& index, const btVector3& 
                        callback.m_lambda_max))
             hits.add(proxy);
     };
-    index.forEachOnRay(toSegment(from, boxMin, boxMax, callback), test);
+    index.forEachOnRay(toSegment(from, boxMin, boxMax, callback, store.origin().place()), test);
     hits.report(store, callback);
 }
 
@@ -122,7 +124,7 @@ void testBox(const ProxyStore& store, const QueryIndex& index, const btVector3& 
         if (overlapsExactly(proxy.m_aabbMin, proxy.m_aabbMax, boxMin, boxMax))
             hits.add(proxy);
     };
-    index.forEachOverlap(toFloatBox(boxMin, boxMax), test);
+    index.forEachOverlap(store.origin().toTable(boxMin, boxMax), test);
     hits.report(store, callback);
 }
 }  // namespace CULLET_PRECISION

@@ -1,5 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
+#include "cullet/plugin/core/box_convert.h"
 #include "cullet/tests/plugin/broadphase/broadphase_support.h"
 #include "cullet/tests/plugin/broadphase/exact_oracle.h"
 #include "cullet/tests/support/random.h"
@@ -7,10 +8,13 @@
 #include <BulletCollision/CollisionDispatch/btGhostObject.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <string>
 #include <vector>
 
 namespace cullet::test
@@ -239,14 +243,121 @@ TEST(BroadphaseExtremes, KeepsDoubleResolutionFarFromOrigin)
     {
         Broadphase broadphase(options);
         std::vector<btBroadphaseProxy*> proxies;
-        // A float has a spacing of 1 m at 1e7 m; the boxes are 0.1 m apart.
+        // A float has a spacing of 1 m at 1e7 m; the boxes are 0.1 m apart. Most boxes are at the origin, which stays that
+        // of the table.
         for (int i = 0; i < 100; ++i)
             proxies.push_back(addCube(broadphase, vec(1e7 + 0.3 * i, 0, 0), 0.1 + 0.06 * (i % 2)));
+        for (int i = 0; i < 120; ++i)
+            proxies.push_back(addCube(broadphase, vec(0.9 * i, 0, 0)));
         const Pairs exact = exactPairs(proxies);
         EXPECT_EQ(updatedPairs(broadphase), exact);
         EXPECT_GT(broadphase.stats().pendingPairs, 100u)
             << "float boxes overlap more often, or the test is void";
     }
+}
+
+/// Boxes of 10 cm that walk in a cube of 2 m, and a floor without bounds, compared with the exact pairs.
+struct FarCrowd
+{
+    FarCrowd(const BroadphaseOptions& options, const btVector3& place_) : broadphase(options), place(place_)
+    {
+        for (int i = 0; i < 300; ++i)
+        {
+            places.push_back(randomPlace());
+            proxies.push_back(addCube(broadphase, place + places.back(), 0.05));
+        }
+        const btVector3 most(btScalar(1e18), btScalar(1e18), btScalar(1e18));
+        proxies.push_back(broadphase.createProxy(-most, btVector3(most.x(), place.y() - 1, most.z()), 0,
+                                                 nullptr, 1, -1, nullptr));
+    }
+
+    btVector3 randomPlace()
+    {
+        const std::array<float, 3> point = random.point(-1, 1);
+        return vec(point[0], point[1], point[2]);
+    }
+
+    void step()
+    {
+        for (std::size_t i = 0; i < places.size(); i += 2)
+        {
+            places[i] = btScalar(0.9) * places[i] + btScalar(0.05) * randomPlace();
+            moveCube(broadphase, proxies[i], place + places[i], 0.05);
+        }
+    }
+
+    /// Expects the exact pairs, and others only if they are within the margin.
+    void expectPairs(const Pairs& exact)
+    {
+        const Pairs pairs = updatedPairs(broadphase);
+        EXPECT_TRUE(std::includes(pairs.begin(), pairs.end(), exact.begin(), exact.end()));
+        for (const Pair pair : pairs)
+            EXPECT_FALSE(areSeparatedBy(*proxies[pair.first - 1], *proxies[pair.second - 1], kMargin));
+    }
+
+    static constexpr btScalar kMargin = btScalar(0.001);
+    static constexpr std::uint32_t kSeed = 51;
+    Random random{kSeed};
+    Broadphase broadphase;
+    btVector3 place;
+    std::vector<btVector3> places;
+    std::vector<btBroadphaseProxy*> proxies;
+};
+
+TEST(BroadphaseExtremes, KeepsNoRoundingsOfDoubleWorldThatIsFarFromOrigin)
+{
+    if (sizeof(btScalar) == sizeof(float))
+        GTEST_SKIP() << "a float has no such resolution";
+    SCOPED_TRACE("seed " + std::to_string(FarCrowd::kSeed));
+    for (BroadphaseOptions options : cpuBackends())
+    {
+        options.margin = FarCrowd::kMargin;
+        FarCrowd crowd(options, vec(6.4e6, -6.4e6, 1e6));
+        std::size_t mostPairs = 0;
+        for (int update = 0; update < 60; ++update)
+        {
+            crowd.step();
+            // The world travels: its boxes become coarse again, until the origin follows.
+            if (update >= 20)
+                crowd.place += vec(3e4, 0, 0);
+            const Pairs exact = exactPairs(crowd.proxies);
+            mostPairs = std::max(mostPairs, exact.size());
+            crowd.expectPairs(exact);
+            if (update < 20)
+            {
+                ASSERT_LT(crowd.broadphase.stats().pendingPairs, 10u) << update;
+            }
+            const btVector3 low = crowd.place - vec(0.2, 0.2, 0.2), high = crowd.place + vec(0.2, 0.2, 0.2);
+            std::vector<std::uint32_t> inside;
+            for (const btBroadphaseProxy* proxy : crowd.proxies)
+            {
+                if (overlapsExactly(proxy->m_aabbMin, proxy->m_aabbMax, low, high))
+                    inside.push_back(idOf(proxy));
+            }
+            ASSERT_EQ(boxHits(crowd.broadphase, low, high), inside) << update;
+        }
+        EXPECT_GT(mostPairs, 100u);
+    }
+}
+
+TEST(BroadphaseExtremes, AddsPairsOfGhostsAtOnceAfterOriginOfTableMoved)
+{
+    btGhostPairCallback callback;
+    Broadphase broadphase(bruteOptions());
+    broadphase.getOverlappingPairCache()->setInternalGhostPairCallback(&callback);
+    btGhostObject ghost;
+    btCollisionObject object, other;
+    btBroadphaseProxy* trigger = addCube(broadphase, vec(6.4e6, 0, 0), 0.5, 1, kAllGroups, &ghost);
+    btBroadphaseProxy* walker = addCube(broadphase, vec(6.4e6, 0, 5), 0.5, 1, kAllGroups, &object);
+    EXPECT_EQ(updatedPairs(broadphase), Pairs{});
+    moveCube(broadphase, walker, vec(6.4e6, 0, 0.5));
+    EXPECT_EQ(ghost.getNumOverlappingObjects(), 1);
+    btBroadphaseProxy* third = addCube(broadphase, vec(6.4e6, 0, -0.5), 0.5, 1, kAllGroups, &other);
+    EXPECT_EQ(ghost.getNumOverlappingObjects(), 2);
+    moveCube(broadphase, trigger, vec(6.4e6, 9, 0));
+    EXPECT_EQ(updatedPairs(broadphase), (Pairs{{2, 3}}));
+    for (btBroadphaseProxy* proxy : {trigger, walker, third})
+        broadphase.destroyProxy(proxy, nullptr);
 }
 
 TEST(BroadphaseExtremes, RemovesSeparatedPairsOfDoubleWorldFarFromOrigin)
