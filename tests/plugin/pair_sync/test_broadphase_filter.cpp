@@ -158,6 +158,33 @@ TEST(BroadphaseFilter, KeepsExistingPairsAfterMaskEditsUntilBoxesSeparate)
     EXPECT_EQ(updatedPairs(broadphase).size(), 0u);
 }
 
+TEST(BroadphaseFilter, HasPairsOfNewMaskWhenPlannerRemovesThoseOfTheOld)
+{
+    for (const int others : {2, 1500})
+    {
+        Broadphase broadphase;
+        auto* link = addCube(broadphase, vec(0, 0, 0));
+        auto* obstacle = addCube(broadphase, vec(0.5, 0, 0));
+        for (int i = 0; i < others; ++i)
+            addCube(broadphase, vec(0, 10 + 3 * i, 0));
+        for (int round = 0; round < 12; ++round)
+        {
+            link->m_collisionFilterMask = 0;
+            broadphase.getOverlappingPairCache()->removeOverlappingPairsContainingProxy(link, nullptr);
+            moveCube(broadphase, link, vec(0, 0, 0));
+            for (int update = 0; update < 2; ++update)
+            {
+                broadphase.calculateOverlappingPairs(nullptr);
+                EXPECT_FALSE(hasPair(broadphase, link, obstacle)) << others << ", " << round;
+            }
+            link->m_collisionFilterMask = kAllGroups;
+            moveCube(broadphase, link, vec(0, 0, 0));
+            broadphase.calculateOverlappingPairs(nullptr);
+            EXPECT_TRUE(hasPair(broadphase, link, obstacle)) << others << ", " << round;
+        }
+    }
+}
+
 TEST(BroadphaseFilter, AppliesNewlyEnabledMaskInNextUpdate)
 {
     Broadphase broadphase(bruteOptions());
