@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: Zlib
 """Which mutants are run: the candidates of the chosen files, and a sample of them by folder and kind."""
 
-import random
+import hashlib
 import re
 import subprocess
-from collections import defaultdict
+from collections import Counter, defaultdict
 from pathlib import Path
 
 from cpp_mutants import mutants_of
@@ -106,17 +106,25 @@ def shares(strata, size):
     return wanted
 
 
+def shuffled(mutants, seed):
+    """In an order in which none depends on another, so that a sample stays while other code changes or is marked."""
+    seen = Counter()
+    ranked = []
+    for mutant in mutants:
+        seen[mutant.key] += 1
+        rank = hashlib.sha256(f"{seed} {seen[mutant.key]} {mutant.key}".encode()).digest()
+        ranked.append((rank, mutant))
+    return [mutant for _, mutant in sorted(ranked, key=lambda entry: entry[0])]
+
+
 def draw(mutants, size, seed):
     """Lists by stratum: those wanted first, then spare ones for what does not compile; and how many are wanted.
 
     Two drawn mutants never share a line, so that an error of the compiler names one.
     """
     strata = defaultdict(list)
-    for mutant in mutants:
+    for mutant in shuffled(mutants, seed):
         strata[stratum_of(mutant)].append(mutant)
-    generator = random.Random(seed)
-    for key in sorted(strata):
-        generator.shuffle(strata[key])
     wanted = shares(strata, min(size, len(mutants))) if strata else {}
     taken, drawn = defaultdict(list), {key: [] for key in strata}
     for key in sorted(strata, key=lambda key: (len(strata[key]), key)):

@@ -236,6 +236,14 @@ class Runs(unittest.TestCase):
         self.assertNotEqual(first, other)
         self.assertEqual(len(first), 10)
 
+    def test_samples_stay_when_other_mutants_go(self):
+        drawn, _ = drawing.draw(self.mutants, 10, 1)
+        gone = drawn["broad", "arithmetic"][0]
+        others, _ = drawing.draw([mutant for mutant in self.mutants if mutant.line != gone.line], 10, 1)
+        lines = {mutant.line for mutants in drawn.values() for mutant in mutants}
+        kept = {mutant.line for mutants in others.values() for mutant in mutants}
+        self.assertEqual(lines - kept, {gone.line})
+
     def test_samples_have_each_kind_and_one_mutant_of_a_line(self):
         drawn, wanted = drawing.draw(self.mutants, 10, 1)
         lines = [mutant.line for mutants in drawn.values() for mutant in mutants]
