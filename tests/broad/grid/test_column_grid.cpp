@@ -14,6 +14,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <limits>
 #include <tuple>
@@ -343,6 +344,60 @@ TEST(ColumnGridBackend, VisitsOnlyColumnsOfBoxesThatMove)
     EXPECT_GE(more.cellsVisited, 5 * few.cellsVisited);
     EXPECT_LE(more.cellsVisited, 4u * 200u);
     EXPECT_EQ(statsOfMovers(0, 7).candidates, 0u);
+}
+
+TEST(ColumnGridBackend, VisitsSquareColumnsOfOneWidthPerLevelThatCoverAllBoxes)
+{
+    GridOptions options;
+    options.threads = 1;
+    options.flatLimit = 0;
+    options.levels = 2;
+    ColumnGridBackend grid(options);
+    ProxyTable table;
+    Random random(35);
+    std::vector<Aabb> boxes;
+    for (std::uint32_t i = 0; i < 4000; ++i)
+    {
+        boxes.push_back(boxAt(random.point(-40, 40), i % 50 == 0 ? 4.0f : 0.25f));
+        table.create(boxes.back(), i + 1, {1, -1});
+    }
+    PairDelta delta;
+    ASSERT_EQ(grid.update(table.beginUpdate(0.0f, false), delta), Status::Ok);
+    ASSERT_EQ(grid.stats().levels, 2u) << "other worlds show less";
+
+    std::vector<Aabb> columns;
+    float widths[2] = {};
+    grid.forEachCell(
+        [&](const Aabb& column, std::uint32_t level)
+        {
+            ASSERT_LT(level, 2u);
+            for (int axis = 0; axis < 3; ++axis)
+            {
+                const float width = column.max[axis] - column.min[axis];
+                if (std::isinf(width))
+                    continue;
+                widths[level] = widths[level] == 0 ? width : widths[level];
+                EXPECT_NEAR(width, widths[level], 1e-4f * widths[level]);
+            }
+            columns.push_back(column);
+        });
+    ASSERT_GT(columns.size(), 50u);
+    EXPECT_GT(widths[0], 0);
+    EXPECT_GT(widths[1], widths[0]);
+    for (const Aabb& column : columns)
+    {
+        EXPECT_EQ(std::count_if(column.max, column.max + 3, [](float face) { return std::isinf(face); }), 1);
+        EXPECT_TRUE(
+            std::any_of(boxes.begin(), boxes.end(), [&](const Aabb& box) { return overlaps(box, column); }))
+            << "a column without a box";
+    }
+    for (const Aabb& box : boxes)
+        for (const float* corner : {box.min, box.max})
+        {
+            const Aabb point = {{corner[0], corner[1], corner[2]}, {corner[0], corner[1], corner[2]}};
+            ASSERT_TRUE(std::any_of(columns.begin(), columns.end(),
+                                    [&](const Aabb& column) { return overlaps(point, column); }));
+        }
 }
 
 TEST(ColumnGridBackend, CountsTestsOfAwakeBoxesWithEachOther)

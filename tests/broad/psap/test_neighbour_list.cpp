@@ -13,6 +13,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 #include <vector>
 
 namespace cullet::test
@@ -203,6 +204,8 @@ TEST(PsapSkins, SampleOnlyBoxesOfTheSet)
     EXPECT_GT(clamped, 1000u) << "the last box of the sample may lie behind the set";
 }
 
+constexpr std::uint64_t kManyBoxes = 100000;
+
 /// A scene as input of the policy: boxes of one size that move equally far in each set.
 class Scene
 {
@@ -241,7 +244,7 @@ public:
     int count(NeighbourMode frame) const { return counts[static_cast<int>(frame)]; }
     void setWay(float way) { m_way = way; }
 
-    std::uint64_t boxes = 100000, near = 200000;
+    std::uint64_t boxes = kManyBoxes, near = 200000;
     int voids = 0;
 
 private:
@@ -280,7 +283,7 @@ public:
     }
     void step() { step(m_way); }
 
-    std::uint64_t boxes = 100000;
+    std::uint64_t boxes = kManyBoxes;
     float thinnest = 0;
     int searched = 0, followed = 0, voids = 0, ahead = 0, behind = 0;
 
@@ -396,7 +399,7 @@ TEST(SkinPolicy, EndsNeighbourListWhenTooFewBoxesAreLeft)
     scene.boxes = 1000;
     EXPECT_EQ(scene.step(), NeighbourMode::Search);
     EXPECT_EQ(scene.step(), NeighbourMode::Search);
-    scene.boxes = 100000;
+    scene.boxes = kManyBoxes;
     EXPECT_EQ(scene.step(), NeighbourMode::Begin) << "the old list lacks the sets between";
 }
 
@@ -441,6 +444,75 @@ TEST(SkinPolicy, KeepsSearchingAfterSamplesWithoutBoxesOrSizes)
     EXPECT_EQ(policy.choose(100), NeighbourMode::Search);
     policy.recordSample(points.data(), 0);
     EXPECT_EQ(policy.choose(100), NeighbourMode::Search);
+}
+
+/// A policy whose list of slow boxes was followed so often; its skins are a twentieth of a box.
+psap::SkinPolicy policyWithList(int sets)
+{
+    psap::SkinPolicy policy(PsapNearPairs::Automatic);
+    std::vector<psap::BoxInSample> sample(100, {1.0f, 0.01f});
+    policy.recordSample(sample.data(), sample.size());
+    EXPECT_EQ(policy.choose(kManyBoxes), NeighbourMode::Begin);
+    for (int set = 0; set < sets; ++set)
+    {
+        EXPECT_EQ(policy.choose(kManyBoxes), NeighbourMode::Follow);
+        policy.recordFollowed(0.001f);
+    }
+    EXPECT_FLOAT_EQ(policy.rule().common, 0.05f);
+    return policy;
+}
+
+TEST(SkinPolicy, PausesAfterListsThatWereFollowedOnceAtMost)
+{
+    for (const int sets : {0, 1, 2, 3, 64, 65, 100})
+    {
+        SCOPED_TRACE(sets);
+        psap::SkinPolicy policy = policyWithList(sets);
+        policy.recordFollowed(kInfinity);
+        EXPECT_EQ(policy.search(), sets < 2 ? NeighbourMode::Search : NeighbourMode::Begin);
+    }
+}
+
+TEST(SkinPolicy, AdaptsSkinsToTheNumberOfSetsThatListsLast)
+{
+    // {sets, displacement that ends the list, skins after it}: those of five sets, of 1.5 times as many, of 0.7 times.
+    const std::vector<std::tuple<int, float, float>> cases = {{2, 1.5f, 0.075f}, {2, 3.9f, 0.075f},
+                                                              {2, 4.0f, 0.05f},  {3, 1.5f, 0.05f},
+                                                              {64, 1.5f, 0.05f}, {65, 1.5f, 0.035f}};
+    for (const auto& [sets, displacement, skin] : cases)
+    {
+        SCOPED_TRACE(sets);
+        psap::SkinPolicy policy = policyWithList(sets);
+        const std::uint32_t revision = policy.revision();
+        policy.recordFollowed(displacement);
+        EXPECT_FLOAT_EQ(policy.rule().common, skin) << displacement;
+        EXPECT_EQ(policy.revision() != revision, skin != 0.05f) << "launches are recorded again without need";
+    }
+}
+
+TEST(SkinPolicy, KeepsListsOfUpToSixNeighboursForEachBoxAndPair)
+{
+    constexpr std::uint64_t kPairs = 30000, kMost = 6 * (kManyBoxes + kPairs);
+    for (const std::uint64_t neighbours : {std::uint64_t{0}, kMost, kMost + 1})
+    {
+        SCOPED_TRACE(neighbours);
+        psap::SkinPolicy policy = policyWithList(0);
+        policy.recordBegun(neighbours, kManyBoxes, kPairs);
+        EXPECT_EQ(policy.choose(kManyBoxes),
+                  neighbours <= kMost ? NeighbourMode::Follow : NeighbourMode::Search);
+    }
+}
+
+TEST(SkinPolicy, BeginsListsWithSkinsOfAtLeastTheThinnest)
+{
+    for (const float thinnest : {0.0f, 0.04f, 0.2f})
+    {
+        psap::SkinPolicy policy = policyWithList(3);
+        policy.forget();
+        EXPECT_FALSE(policy.chooseFollow(kManyBoxes, thinnest));
+        EXPECT_TRUE(policy.tryBegin(kManyBoxes)) << thinnest;
+        EXPECT_FLOAT_EQ(policy.rule().common, std::max(0.05f, thinnest));
+    }
 }
 
 TEST(SkinPolicy, BeginsWithTheNumberOfBoxesThatTwoLaunchesTake)

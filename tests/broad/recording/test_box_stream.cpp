@@ -351,6 +351,38 @@ TEST(BoxStream, RejectsCountsAndBlockSizesThatFileOnlyClaims)
     EXPECT_NE(readAll(file).find("4294967295 bytes"), std::string::npos) << readAll(file);
 }
 
+TEST(BoxStream, ReadsBlocksUpToTheLargestSizeAndNoLargerOnes)
+{
+    constexpr std::size_t kLargest = box_stream::kMaxBlock;
+    const auto errorOf = [](std::size_t unpackedSize, std::size_t packedSize)
+    {
+        Bytes bytes = {'C', 'B', 'L', 'K'};
+        box_stream::put(bytes, unpackedSize, 4);
+        box_stream::put(bytes, packedSize, 4);
+        box_stream::put(bytes, 0, 4);
+        box_stream::BlockHead head;
+        return box_stream::decodeBlockHead(bytes.data(), head);
+    };
+    EXPECT_EQ(errorOf(1, 1), "");
+    EXPECT_EQ(errorOf(kLargest, 1), "");
+    EXPECT_NE(errorOf(0, 1), "");
+    EXPECT_NE(errorOf(kLargest + 1, 1), "");
+    EXPECT_NE(errorOf(1, 2 * kLargest), "");
+
+    // Random bytes become longer when they are packed.
+    std::mt19937 random(37);
+    Bytes events(kLargest);
+    for (std::uint8_t& byte : events)
+        byte = static_cast<std::uint8_t>(random());
+    const Bytes block = box_stream::packBlock(events);
+    box_stream::BlockHead head;
+    ASSERT_EQ(box_stream::decodeBlockHead(block.data(), head), "");
+    EXPECT_GT(head.packedSize, kLargest) << "other bytes would show nothing";
+    Bytes unpacked;
+    EXPECT_EQ(box_stream::unpackBlock(block, head, unpacked), "");
+    EXPECT_TRUE(unpacked == events);
+}
+
 /// `count` creations of boxes, or one creation and calls that change nothing.
 Bytes manyEvents(std::uint32_t count, bool areCreations)
 {
