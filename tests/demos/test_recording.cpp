@@ -47,6 +47,7 @@ TEST(RecordingBroadphase, RecordsEveryCallInItsOrder)
     btBroadphaseProxy* a = broadphase.createProxy(vec(0, 0, 0), vec(1, 1, 1), 0, nullptr, 1, -1, nullptr);
     btBroadphaseProxy* b = broadphase.createProxy(vec(2, 0, 0), vec(3, 1, 1), 0, nullptr, 2, 3, nullptr);
     broadphase.setAabb(b, vec(0.1, 0.25, 0), vec(3, 1, 1), nullptr);
+    b->m_collisionFilterGroup = 4;
     b->m_collisionFilterMask = 5;
     broadphase.calculateOverlappingPairs(nullptr);
     EXPECT_EQ(broadphase.getOverlappingPairCache()->getNumOverlappingPairs(), 1);
@@ -73,7 +74,26 @@ TEST(RecordingBroadphase, RecordsEveryCallInItsOrder)
     EXPECT_EQ(events[1].group, 2);
     EXPECT_EQ(events[1].mask, 3);
     EXPECT_EQ(events[2].box.min[0], double(btScalar(0.1))) << "bit by bit";
+    EXPECT_EQ(events[3].group, 4);
     EXPECT_EQ(events[3].mask, 5);
+    std::remove(path.c_str());
+}
+
+TEST(RecordingBroadphase, RecordsNoProxyThatTheBroadphaseInsideDoesNotCreate)
+{
+    struct Full final : btDbvtBroadphase
+    {
+        btBroadphaseProxy* createProxy(const btVector3&, const btVector3&, int, void*, int, int,
+                                       btDispatcher*) override
+        {
+            return nullptr;
+        }
+    } inner;
+    const std::string path = temporaryFile("full");
+    RecordingBroadphase broadphase(inner, path);
+    EXPECT_EQ(broadphase.createProxy(vec(0, 0, 0), vec(1, 1, 1), 0, nullptr, 1, -1, nullptr), nullptr);
+    ASSERT_TRUE(broadphase.finish()) << broadphase.error();
+    EXPECT_TRUE(readEvents(path).empty());
     std::remove(path.c_str());
 }
 

@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -177,6 +178,34 @@ TYPED_TEST(VertexFanTest, HasTheFacesOfTheHullWhenThereAreTooManyPointsToProject
     }
     EXPECT_GT(asked, 300);
     EXPECT_GT(known, asked * 8 / 10);
+}
+
+TYPED_TEST(VertexFanTest, FindsAClearFaceByItsCornersInAnyOrder)
+{
+    using S = TypeParam;
+    constexpr unsigned kSeed = 37;
+    SCOPED_TRACE(kSeed);
+    std::mt19937 engine(kSeed);
+    const PointsOf<S> points = fanPoints<S>(0, 40, 0.0, engine);
+    const Hull<S> hull = makeCornerHull(points), cloud = makeCloud(points);
+    int orders = 0;
+    for (std::size_t f = 0; f < hull.faces().size(); ++f)
+    {
+        std::array<std::int32_t, 3> corners;
+        const auto vertices = hull.faceVertices(static_cast<std::int32_t>(f));
+        ASSERT_EQ(vertices.size(), 3);
+        for (std::int32_t k = 0; k < 3; ++k)
+            corners[static_cast<std::size_t>(k)] = hull.sourceIndex(vertices[k]);
+        std::sort(corners.begin(), corners.end());
+        do
+        {
+            ClearFace face;
+            ASSERT_TRUE(findClearFace(cloud, corners, face));
+            EXPECT_EQ(face.normal, hull.faces()[f].normal) << "normals point outwards";
+            ++orders;
+        } while (std::next_permutation(corners.begin(), corners.end()));
+    }
+    EXPECT_GT(orders, 6 * 50);
 }
 
 /// The tip of a cone over a polygon whose sides all differ.

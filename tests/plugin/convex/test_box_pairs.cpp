@@ -290,6 +290,22 @@ TEST(BoxPairs, AddToManifoldOfParentWithoutRefreshingIt)
     bench.dispatcher.releaseManifold(shared);
 }
 
+TEST(BoxPairs, CountOverlapsAmongTheStatistics)
+{
+    ConvexBench bench;
+    btBoxShape box(vec(1, 1, 1));
+    ConvexPairProbe probe(bench.dispatcher, box, box);
+    for (const double height : {1.9, 1.99, 5.0})
+    {
+        probe.place(vec(0, height, 0), vec(0, 0, 0));
+        probe.step();
+    }
+    const IsaGjkStats stats = bench.registration->stats();
+    EXPECT_EQ(stats.touchingTotal, 2u);
+    EXPECT_EQ(stats.depthsTotal, 2u);
+    EXPECT_EQ(stats.separatedTotal, 1u);
+}
+
 TEST(BoxPairs, LoseTheirContactsWhenTheyPartOrArePlacedNowhere)
 {
     ConvexBench bench;

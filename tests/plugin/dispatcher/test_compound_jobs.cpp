@@ -194,8 +194,11 @@ TEST(CompoundJobs, AreInOrderWhenAPartIsOfADerivedClass)
     for (const bool isNested : {false, true})
     {
         OwnBall ball(btScalar(0.3));
+        btSphereShape known(btScalar(0.2));
         btCompoundShape inner, outer;
         inner.addChildShape(btTransform::getIdentity(), &ball);
+        // Parts are examined in their order: this one must not make the first one known.
+        inner.addChildShape(btTransform::getIdentity(), &known);
         outer.addChildShape(btTransform::getIdentity(), &inner);
         std::uint64_t inOrder[2];
         for (const bool isOwn : {false, true})

@@ -32,6 +32,18 @@ TEST(PairCache, IsEmptyAtFirst)
     EXPECT_TRUE(cache.isConsistent());
 }
 
+TEST(PairCache, HasNoArrayWhenItsLastPairIsRemoved)
+{
+    PairCache cache;
+    Proxies proxies(2);
+    const PairCache& constant = cache;
+    ASSERT_NE(cache.addOverlappingPair(proxies[0], proxies[1]), nullptr);
+    EXPECT_NE(constant.getOverlappingPairArrayPtr(), nullptr);
+    cache.removeOverlappingPair(proxies[0], proxies[1], nullptr);
+    EXPECT_EQ(cache.getOverlappingPairArrayPtr(), nullptr);
+    EXPECT_EQ(constant.getOverlappingPairArrayPtr(), nullptr);
+}
+
 TEST(PairCache, StoresTheLowerIdFirstAndStartsThePairBlank)
 {
     PairCache cache;

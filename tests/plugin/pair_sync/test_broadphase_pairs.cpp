@@ -24,6 +24,18 @@ private:
     btScalar m_old;
 };
 
+TEST(BroadphasePairs, AreCountedInTheBytesOfTheStatistics)
+{
+    Broadphase broadphase(bruteOptions());
+    constexpr std::uint64_t kBoxes = 300, kPairs = kBoxes * (kBoxes - 1) / 2;
+    for (std::uint64_t i = 0; i < kBoxes; ++i)
+        addCube(broadphase, vec(0, 0, 0));
+    const std::uint64_t before = broadphase.stats().bytes;
+    broadphase.calculateOverlappingPairs(nullptr);
+    ASSERT_EQ(broadphase.stats().pairs, kPairs);
+    EXPECT_GE(broadphase.stats().bytes, before + kPairs * sizeof(Pair));
+}
+
 TEST(BroadphasePairs, IncludeTouchingPointAndIdenticalBoxes)
 {
     Broadphase broadphase(bruteOptions());
