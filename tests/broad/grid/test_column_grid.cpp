@@ -3,6 +3,7 @@
 
 // Columns: the kernels of every instruction set on the same columns, and which columns an update reads.
 
+#include "cullet/broad/comparison/brute_force_backend.h"
 #include "cullet/broad/grid/column_grid_backend.h"
 #include "cullet/broad/grid/columns/cell_bounds.h"
 #include "cullet/broad/grid/columns/column_builder.h"
@@ -17,6 +18,7 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <string>
 #include <tuple>
 
 namespace cullet::test
@@ -398,6 +400,40 @@ TEST(ColumnGridBackend, VisitsSquareColumnsOfOneWidthPerLevelThatCoverAllBoxes)
             ASSERT_TRUE(std::any_of(columns.begin(), columns.end(),
                                     [&](const Aabb& column) { return overlaps(point, column); }));
         }
+}
+
+TEST(ColumnGridBackend, RefillsWhenBoxesMoveIntoMoreNewColumnsThanThereIsRoomFor)
+{
+    constexpr std::uint32_t kBoxes = 4000, kMovers = 5;
+    GridOptions options;
+    options.threads = 1;
+    options.flatLimit = 0;
+    options.settles = false;
+    ColumnGridBackend grid(options);
+    BruteForceBackend brute;
+    ProxyTable table;
+    Random random(36);
+    for (std::uint32_t i = 0; i < kBoxes; ++i)
+        table.create(boxAt(random.point(0, 16)), i + 1, {1, -1});
+    PairDelta delta, expected;
+    int follows = 0, refills = 0;
+    for (std::uint32_t update = 0; update < 40; ++update)
+    {
+        const ProxyView view = table.beginUpdate(0.0f, false);
+        ASSERT_EQ(grid.update(view, delta), Status::Ok);
+        ASSERT_EQ(brute.update(view, expected), Status::Ok);
+        table.endUpdate();
+        ASSERT_EQ(delta.added, expected.added) << "update " << update;
+        ASSERT_EQ(delta.removed, expected.removed) << "update " << update;
+        const std::string reason = grid.stats().decision.reason;
+        follows += reason == "few boxes came into other cells" ? 1 : 0;
+        refills += reason == "the rows could not be kept" ? 1 : 0;
+        // Out of the crowd, each into columns of its own.
+        for (std::uint32_t i = 0; i < kMovers; ++i)
+            table.setBox(update * kMovers + i, boxAt(random.point(-1000, 1000)));
+    }
+    EXPECT_GT(follows, 20);
+    EXPECT_GT(refills, 0);
 }
 
 TEST(ColumnGridBackend, CountsTestsOfAwakeBoxesWithEachOther)
