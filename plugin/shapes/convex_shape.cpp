@@ -8,6 +8,9 @@
 
 namespace cullet
 {
+// Instantiated in hull_cache.cpp, since to build hulls takes most of the time to compile either file.
+extern template Hull<btScalar> makeHull(const std::vector<Eigen::Matrix<btScalar, 3, 1>>&, HullExtra);
+
 inline namespace CULLET_PRECISION
 {
 namespace

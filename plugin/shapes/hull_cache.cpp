@@ -12,6 +12,8 @@
 
 namespace cullet
 {
+template Hull<btScalar> makeHull(const std::vector<Eigen::Matrix<btScalar, 3, 1>>&, HullExtra);
+
 inline namespace CULLET_PRECISION
 {
 namespace
