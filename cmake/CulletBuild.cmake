@@ -92,16 +92,19 @@ function(cullet_public_headers)
     set_property(GLOBAL APPEND PROPERTY CULLET_PUBLIC_HEADERS ${ARGN})
 endfunction()
 
-# cullet_library_part(<target> [PAIRED])
+# cullet_library_part(<target> [PAIRED|WITH_BULLET])
 #
 # Puts the objects of a library into the shared and the static library that get installed (CulletLibraries.cmake), and
 # hides what CULLET_API does not mark. PAIRED: <target> goes into the one of float32, <target>-float64 into the other;
-# else <target> goes into both, and into the archive without Bullet.
+# else <target> goes into both, and into the archive without Bullet unless it says WITH_BULLET.
 function(cullet_library_part target)
-    cmake_parse_arguments(PARSE_ARGV 1 arg "PAIRED" "" "")
+    cmake_parse_arguments(PARSE_ARGV 1 arg "PAIRED;WITH_BULLET" "" "")
     if(arg_PAIRED)
         set_property(GLOBAL APPEND PROPERTY CULLET_PAIRED_PARTS ${target})
         set(targets ${target} ${target}-float64)
+    elseif(arg_WITH_BULLET)
+        set_property(GLOBAL APPEND PROPERTY CULLET_PARTS_WITH_BULLET ${target})
+        set(targets ${target})
     else()
         set_property(GLOBAL APPEND PROPERTY CULLET_PARTS ${target})
         set(targets ${target})
