@@ -42,8 +42,8 @@ struct IsaGjkOptions
     /// for a box on its face, two for an edge, one for a vertex. The deepest point is always among them. With 1 or 2,
     /// bodies do not rest on their faces. Other numbers are clamped, with a warning.
     int patchPoints = 4;
-    /// Let cullet choose the triangles of meshes, height fields and other concave shapes that a hull, box, capsule or
-    /// sphere may touch, and the points that carry the contact. If false, Bullet's loop over triangles does.
+    /// Let cullet choose the triangles of meshes, height fields and other concave shapes that a convex shape may touch, and
+    /// the points that carry the contact. If false, Bullet's loop over triangles does.
     bool meshes = true;
     /// Correct the normals of contacts at edges and corners of triangles that their neighbours cover, so that a body that
     /// slides over a mesh does not hit the edges between its triangles. The application prepares nothing; contacts of
@@ -66,8 +66,8 @@ struct IsaGjkStats
     /// The part of depthsTotal for which no polytope proved the depth, so that all faces and pairs of edges were
     /// tested: thin hulls, and nearly coincident round hulls of thousands of points, which take tens of milliseconds.
     std::uint64_t exactTotal = 0;
-    /// Triangles of concave shapes in the boxes of hulls, boxes and capsules, and those of them for which there was a
-    /// query, since neither the box around the core nor an axis has dropped them.
+    /// Triangles of concave shapes in the boxes of convex ones, and those of them for which there was a query, since
+    /// neither the box around the core nor an axis has dropped them.
     std::uint64_t trianglesTotal = 0, trianglesAskedTotal = 0;
 };
 
@@ -155,7 +155,7 @@ private:
         IsaGjkRegistration& m_isaGjk;
     };
 
-    /// For a hull, box or capsule and a concave shape.
+    /// For a convex and a concave shape.
     struct MeshCreateFunc : btCollisionAlgorithmCreateFunc
     {
         MeshCreateFunc(IsaGjkRegistration& isaGjk, bool isSwapped) : m_isaGjk(isaGjk)

@@ -16,17 +16,6 @@ inline namespace CULLET_PRECISION
 {
 namespace
 {
-/// The radius of a ball around a core's origin that contains the core.
-double radiusOf(const ConvexSide& side, const std::optional<PosedShape>& core)
-{
-    if (core)
-        return double(core->size());
-    btVector3 centre;
-    btScalar radius;
-    side.shape.getBoundingSphere(centre, radius);
-    return double(centre.length()) + double(radius);
-}
-
 Touch touchAt(const ConvexCores& cores, const PenetrationResult<btScalar>& deep)
 {
     Touch touch = {deep.axis.cast<double>().normalized(), -double(deep.depth), deep.pointB.cast<double>(),
@@ -101,6 +90,16 @@ ContactSearchResult solveNearFeatures(const ConvexCores& cores, btScalar limit,
     return {cache.state, isSettled};
 }
 }  // namespace
+
+double radiusOf(const ConvexSide& side, const std::optional<PosedShape>& core)
+{
+    if (core)
+        return double(core->size());
+    btVector3 centre;
+    btScalar radius;
+    side.shape.getBoundingSphere(centre, radius);
+    return double(centre.length()) + double(radius);
+}
 
 btScalar padLimit(const ConvexPair& pair, const ConvexCores& cores, btScalar limit)
 {

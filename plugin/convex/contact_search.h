@@ -13,6 +13,11 @@ namespace cullet
 {
 inline namespace CULLET_PRECISION
 {
+/// The radius of a ball around a core's origin that contains the core.
+///
+/// @param core of a polytope
+double radiusOf(const ConvexSide& side, const std::optional<PosedShape>& core);
+
 /// A limit plus a bound of rounding errors: cores that one search finds farther apart than this are farther apart than
 /// the limit in every search.
 btScalar padLimit(const ConvexPair& pair, const ConvexCores& cores, btScalar limit);

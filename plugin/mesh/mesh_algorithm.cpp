@@ -19,10 +19,18 @@ inline namespace CULLET_PRECISION
 {
 namespace
 {
-bool hasKnownCore(ConvexKind kind)
+bool hasKnownCore(const btConvexShape& shape)
 {
-    return kind == ConvexKind::Hull || kind == ConvexKind::Box || kind == ConvexKind::Capsule ||
-           kind == ConvexKind::Sphere;
+    const ConvexKind kind = convexKindOf(shape);
+    return kind != ConvexKind::Unsupported && kind != ConvexKind::Triangle &&
+           (kind != ConvexKind::Support || canRunConcurrently(shape.getShapeType()));
+}
+
+/// Whether Bullet tests a convex shape and a triangle by separating axes.
+bool usesSeparatingAxes(const btConvexShape& shape, const btDispatcherInfo& info)
+{
+    return info.m_enableSatConvex && shape.isPolyhedral() &&
+           static_cast<const btPolyhedralConvexShape&>(shape).getConvexPolyhedron() != nullptr;
 }
 
 btPersistentManifold* manifoldOf(btCollisionAlgorithm& algorithm)
@@ -46,13 +54,15 @@ MeshAlgorithm::MeshAlgorithm(IsaGjkRegistration& isaGjk, const btCollisionAlgori
 MeshAlgorithm::~MeshAlgorithm() = default;
 
 /// Whether this class's loop gives what Bullet's would; the other shape may have become anything since the last call.
-bool MeshAlgorithm::canAsk(const btCollisionShape& convex, const btCollisionShape& mesh,
-                           const btManifoldResult& result) const
+bool MeshAlgorithm::canAsk(const btCollisionShape& body, const btCollisionShape& mesh,
+                           const btDispatcherInfo& info, const btManifoldResult& result) const
 {
-    return convex.isConvex() && mesh.isConcave() && mesh.getShapeType() != SDF_SHAPE_PROXYTYPE &&
-           hasKnownCore(convexKindOf(static_cast<const btConvexShape&>(convex))) &&
-           isExactly<btManifoldResult>(result) && result.m_closestPointDistanceThreshold == 0 &&
-           m_isaGjk.answersTriangles(convex.getShapeType()) &&
+    if (!body.isConvex() || !mesh.isConcave())
+        return false;
+    const auto& convex = static_cast<const btConvexShape&>(body);
+    return mesh.getShapeType() != SDF_SHAPE_PROXYTYPE && hasKnownCore(convex) &&
+           !usesSeparatingAxes(convex, info) && isExactly<btManifoldResult>(result) &&
+           result.m_closestPointDistanceThreshold == 0 && m_isaGjk.answersTriangles(convex.getShapeType()) &&
            m_isaGjk.stock().m_numPerturbationIterations == 0;
 }
 
@@ -73,7 +83,7 @@ void MeshAlgorithm::processCollision(const btCollisionObjectWrapper* a, const bt
 {
     const btCollisionObjectWrapper &convex = m_isSwapped ? *b : *a, &mesh = m_isSwapped ? *a : *b;
     MeshQuery* const asked =
-        canAsk(*convex.getCollisionShape(), *mesh.getCollisionShape(), *result) ? query() : nullptr;
+        canAsk(*convex.getCollisionShape(), *mesh.getCollisionShape(), info, *result) ? query() : nullptr;
     if (asked == nullptr)
         return btConvexConcaveCollisionAlgorithm::processCollision(a, b, info, result);
     TrianglePass pass(m_isaGjk, *asked, convex, mesh, *m_dispatcher, info, *result);

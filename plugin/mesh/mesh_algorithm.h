@@ -14,20 +14,21 @@ inline namespace CULLET_PRECISION
 {
 struct MeshQuery;
 
-/// The contacts of a hull, box or capsule with the triangles of a concave shape; replaces Bullet's loop over triangles.
+/// The contacts of a convex shape with the triangles of a concave one; replaces Bullet's loop over triangles.
 ///
 /// Bullet makes an algorithm for each triangle in the body's box and asks it. Here most triangles are dropped before:
-/// those outside of the box around the core in its own frame, and those beyond an axis that separates a neighbour. One
-/// algorithm answers for the rest, in the order in which the shape names its triangles, and remembers where its last
-/// search ended.
+/// those outside of the box around the core in its own frame, and those beyond an axis that separates a neighbour. Each
+/// of the others is searched in the order in which the shape names them, from where the last search for it ended; and the
+/// manifold gets the few points of all that carry the contact. Cylinders, cones and other shapes without corners touch
+/// by Bullet's own algorithm, one point a triangle.
 ///
 /// As with Bullet there is one manifold per pair from the constructor on, its first body is the convex one, and points
-/// carry part and index of their triangle. The shape is asked for its triangles in every call through its virtual
-/// function, so that edits of any kind are seen at once. What is remembered between calls are axes, which are verified
-/// before they drop a triangle: contacts depend on shapes and poses alone.
+/// carry part and index of their triangle. The shape's triangles are read in every call, so that edits of any kind are
+/// seen at once. What is remembered between calls are guesses: contacts depend on shapes and poses alone.
 ///
-/// Left to Bullet's loop: other convex shapes, queries outside of a step or with a distance threshold, an algorithm of
-/// the application for triangles, bodies whose basis is no rotation, lack of memory.
+/// Left to Bullet's loop: convex shapes of the application and two-dimensional ones, queries outside of a step or with a
+/// distance threshold, an algorithm of the application for triangles, bodies whose basis is no rotation, perturbation,
+/// enableSatConvex, lack of memory.
 class MeshAlgorithm final : public btConvexConcaveCollisionAlgorithm
 {
 public:
@@ -40,7 +41,7 @@ public:
                           const btDispatcherInfo& info, btManifoldResult* result) override;
 
 private:
-    bool canAsk(const btCollisionShape& convex, const btCollisionShape& mesh,
+    bool canAsk(const btCollisionShape& body, const btCollisionShape& mesh, const btDispatcherInfo& info,
                 const btManifoldResult& result) const;
     MeshQuery* query();
 

@@ -174,6 +174,16 @@ btTransform CoreFrame::coreBasis() const
     return transform;
 }
 
+Eigen::Vector3d CoreFrame::ofWorld(const btVector3& point) const
+{
+    return m_axes.transpose() * (toEigen(point).cast<double>() - m_origin);
+}
+
+Eigen::Vector3d CoreFrame::turnedOfWorld(const btVector3& direction) const
+{
+    return m_axes.transpose() * toEigen(direction).cast<double>();
+}
+
 btVector3 CoreFrame::toWorld(const Eigen::Vector3d& point) const
 {
     return toBullet(m_axes * point + m_origin);

@@ -42,6 +42,9 @@ public:
                m_meshOrigin;
     }
 
+    Eigen::Vector3d ofWorld(const btVector3& point) const;
+    Eigen::Vector3d turnedOfWorld(const btVector3& direction) const;
+
     /// From this frame to the mesh's.
     Eigen::Vector3d toMesh(const Eigen::Vector3d& point) const { return turnedToMesh(point - m_meshOrigin); }
     Eigen::Vector3d turnedToMesh(const Eigen::Vector3d& direction) const

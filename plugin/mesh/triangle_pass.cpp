@@ -6,6 +6,7 @@
 #include "cullet/plugin/mesh/active_edges.h"
 #include "cullet/plugin/mesh/triangle_source.h"
 
+#include <BulletCollision/CollisionDispatch/btConvexConvexAlgorithm.h>
 #include <BulletCollision/CollisionShapes/btConcaveShape.h>
 #include <BulletCollision/CollisionShapes/btTriangleShape.h>
 #include <LinearMath/btAabbUtil2.h>
@@ -53,6 +54,50 @@ private:
     btManifoldResult& m_result;
     const btCollisionObjectWrapper* m_before;
     bool m_isFirst;
+};
+
+/// Adds what Bullet's algorithm reports for a triangle to the points of the mesh.
+class Collector final : public btManifoldResult
+{
+public:
+    Collector(const btCollisionObjectWrapper& convex, const btCollisionObjectWrapper& wrap,
+              const TriangleBatch::Triangle& triangle, const CoreFrame& frame, MeshPoints& points)
+        : btManifoldResult(&convex, &wrap), m_triangle(triangle), m_frame(frame), m_points(points)
+    {
+    }
+
+    void addContactPoint(const btVector3& normal, const btVector3& onMesh, btScalar distance) override
+    {
+        m_points.add({m_frame.ofWorld(onMesh + normal * distance),
+                      m_frame.turnedOfWorld(normal),
+                      double(distance),
+                      m_triangle,
+                      {}});
+    }
+
+private:
+    const TriangleBatch::Triangle& m_triangle;
+    const CoreFrame& m_frame;
+    MeshPoints& m_points;
+};
+
+/// A triangle of a mesh as Bullet shows it to its algorithms.
+class WrappedTriangle
+{
+public:
+    WrappedTriangle(const btCollisionObjectWrapper& mesh, const TriangleBatch::Triangle& triangle)
+        : m_shape(triangle.corners[0], triangle.corners[1], triangle.corners[2]),
+          m_wrap(&mesh, &m_shape, mesh.getCollisionObject(), mesh.getWorldTransform(), triangle.part,
+                 triangle.index)
+    {
+        m_shape.setMargin(mesh.getCollisionShape()->getMargin());
+    }
+
+    const btCollisionObjectWrapper& wrap() const { return m_wrap; }
+
+private:
+    btTriangleShape m_shape;
+    const btCollisionObjectWrapper m_wrap;
 };
 
 Eigen::Vector3d toDouble(const std::array<float, 3>& v)
@@ -103,7 +148,10 @@ bool TrianglePass::showsEveryPoint() const
 {
     const int flags =
         m_convex.getCollisionObject()->getCollisionFlags() | m_mesh.getCollisionObject()->getCollisionFlags();
-    return gContactAddedCallback != nullptr && (flags & btCollisionObject::CF_CUSTOM_MATERIAL_CALLBACK) != 0;
+    // Bullet's algorithm finds one point for a triangle; several steps fill the manifold.
+    return m_side.kind == ConvexKind::Support ||
+           (gContactAddedCallback != nullptr &&
+            (flags & btCollisionObject::CF_CUSTOM_MATERIAL_CALLBACK) != 0);
 }
 
 bool TrianglePass::correctsEdges() const
@@ -188,7 +236,7 @@ bool TrianglePass::correct(const TriangleSearch::Corners& corners, const Triangl
     const TriangleView view = {all[0].corners, sizeof(all[0]), static_cast<int>(all.size())};
     TriangleContact contact = {m_frame.turnedToMesh(m_search->normal()),
                                m_frame.toMesh(m_search->touchedPoint()), m_search->distance()};
-    const Eigen::Vector3d inside = m_frame.toMesh(m_search->core().centre() + m_search->core().origin());
+    const Eigen::Vector3d inside = m_frame.toMesh(m_search->centre());
     switch (correctAtEdges(view, static_cast<int>(m_candidate), inside, contact))
     {
         case EdgeVerdict::Keep:
@@ -229,7 +277,7 @@ void TrianglePass::flush()
     {
         const double limit = double(m_search->limit());
         m_isaGjk.counters().triangles.add(static_cast<std::uint64_t>(m_batch.count()));
-        m_batch.place(m_frame, m_bounds, limit, limit + double(m_search->core().size()));
+        m_batch.place(m_frame, m_bounds, limit, limit + m_search->size());
         useAxes();
         unsigned asked = 0;
         for (int i = 0; i < m_batch.count(); ++i)
@@ -259,7 +307,7 @@ void TrianglePass::ask(int i)
             // The cache's axis points from the triangle to the core.
             return learnAxis(-toDouble(cache.axis), i + 1);
         case GjkState::NotConverged:
-            m_search->askBullet(corners, triangle, m_query.manifold, m_dispatcher, m_info, m_points);
+            askBullet(triangle);
             break;
         default:
             if (m_reading == Reading::Candidates && !correct(corners, triangle))
@@ -271,6 +319,16 @@ void TrianglePass::ask(int i)
     }
     if (m_showsEveryPoint)
         showPoints();
+}
+
+void TrianglePass::askBullet(const TriangleBatch::Triangle& triangle)
+{
+    const WrappedTriangle wrapped(m_mesh, triangle);
+    Collector result(m_convex, wrapped.wrap(), triangle, m_frame, m_points);
+    const btCollisionAlgorithmConstructionInfo construction(&m_dispatcher, 0);
+    btConvexConvexAlgorithm algorithm(&m_query.manifold, construction, &m_convex, &wrapped.wrap(),
+                                      m_isaGjk.stock().m_pdSolver, 0, 0);
+    algorithm.processCollision(&m_convex, &wrapped.wrap(), m_info, &result);
 }
 
 /// Adds what the last search has found.
@@ -363,8 +421,7 @@ void TrianglePass::learnAxis(const Eigen::Vector3d& direction, int next)
 
 CoreAxis TrianglePass::axisAlong(const Eigen::Vector3d& direction) const
 {
-    const PosedShape& core = m_search->core();
-    return {direction, direction.dot(core.support(direction, -1).point + core.origin())};
+    return {direction, m_search->heightAlong(direction)};
 }
 
 void TrianglePass::recallAxes()
@@ -408,12 +465,8 @@ void TrianglePass::renewManifold()
 
 void TrianglePass::addToManifold(const MeshPoint& point)
 {
-    const TriangleBatch::Triangle& triangle = point.triangle;
-    btTriangleShape shape(triangle.corners[0], triangle.corners[1], triangle.corners[2]);
-    shape.setMargin(m_mesh.getCollisionShape()->getMargin());
-    const btCollisionObjectWrapper wrap(&m_mesh, &shape, m_mesh.getCollisionObject(),
-                                        m_mesh.getWorldTransform(), triangle.part, triangle.index);
-    const ShownTriangle shown(m_result, m_mesh, wrap);
+    const WrappedTriangle wrapped(m_mesh, point.triangle);
+    const ShownTriangle shown(m_result, m_mesh, wrapped.wrap());
     m_result.addContactPoint(m_frame.turnedToWorld(point.normal),
                              m_frame.toWorld(point.place - point.distance * point.normal),
                              static_cast<btScalar>(point.distance));

@@ -50,7 +50,7 @@ struct MeshQuery
 /// it is dropped if nothing else of it is near. Where the shapes may touch in more than a point, a patch is made; of many
 /// such triangles, for those that are farthest apart. If a callback of the application may change contacts
 /// (gContactAddedCallback and CF_CUSTOM_MATERIAL_CALLBACK), the manifold gets every point of every triangle, as from
-/// Bullet's loop.
+/// Bullet's loop; and so it does where Bullet's algorithm finds the points, one in a step.
 class TrianglePass final : public btTriangleCallback
 {
 public:
@@ -92,6 +92,7 @@ private:
     void flush();
     void ask(int i);
     void addTouch(int i);
+    void askBullet(const TriangleBatch::Triangle& triangle);
     void makePatches();
     void showPoints();
     void useAxes();

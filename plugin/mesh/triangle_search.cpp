@@ -2,10 +2,6 @@
 // SPDX-License-Identifier: Zlib
 #include "cullet/plugin/mesh/triangle_search.h"
 
-#include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
-#include <BulletCollision/CollisionDispatch/btConvexConvexAlgorithm.h>
-#include <BulletCollision/CollisionDispatch/btManifoldResult.h>
-
 #include <algorithm>
 
 namespace cullet
@@ -56,28 +52,6 @@ bool isOver(const Eigen::Vector3d (&corners)[3], const Eigen::Vector3d& point)
     }
     return true;
 }
-
-/// Adds what Bullet's algorithm reports for a triangle to the points of the mesh.
-class Collector final : public btManifoldResult
-{
-public:
-    Collector(const btCollisionObjectWrapper& convex, const btCollisionObjectWrapper& triangle,
-              const TriangleBatch::Triangle& source, MeshPoints& points)
-        : btManifoldResult(&convex, &triangle), m_source(source), m_points(points)
-    {
-    }
-
-    void addContactPoint(const btVector3& normal, const btVector3& onMesh, btScalar distance) override
-    {
-        const Eigen::Vector3d n = toEigen(normal).cast<double>();
-        m_points.add(
-            {toEigen(onMesh).cast<double>() + double(distance) * n, n, double(distance), m_source, {}});
-    }
-
-private:
-    const TriangleBatch::Triangle& m_source;
-    MeshPoints& m_points;
-};
 }  // namespace
 
 TriangleSearch::TriangleSearch(IsaGjkRegistration& isaGjk, const ConvexSide& convex, const CoreFrame& frame,
@@ -93,11 +67,31 @@ TriangleSearch::TriangleSearch(IsaGjkRegistration& isaGjk, const ConvexSide& con
 {
 }
 
+double TriangleSearch::size() const
+{
+    return radiusOf(m_pair.a, m_cores.a);
+}
+
+double TriangleSearch::heightAlong(const Eigen::Vector3d& direction) const
+{
+    if (m_cores.a)
+        return direction.dot(m_cores.a->support(direction, -1).point + m_cores.a->origin());
+    return direction.dot(
+        PosedSupport(m_pair.a.shape, m_coreAt, Eigen::Vector3d::Zero()).support(direction, -1).point);
+}
+
+Eigen::Vector3d TriangleSearch::centre() const
+{
+    return m_cores.a ? Eigen::Vector3d(m_cores.a->centre() + m_cores.a->origin()) : Eigen::Vector3d::Zero();
+}
+
 /// Rounding of the triangle's first corner moves both cores.
 void TriangleSearch::place(const Corners& corners)
 {
     m_cores.b.emplace(poseTriangle(corners));
-    m_cores.a->moveTo(m_cores.b->origin() - corners[0]);
+    const Eigen::Vector3d rest = m_cores.b->origin() - corners[0];
+    if (m_cores.a)
+        m_cores.a->moveTo(rest);
     m_cores.forgetFans();
     m_triangleAt.setOrigin(toBullet(corners[0]));
 }
@@ -106,10 +100,25 @@ ContactSearchResult TriangleSearch::search(const Corners& corners, GjkCache<btSc
 {
     if (!corners[0].allFinite() || !corners[1].allFinite() || !corners[2].allFinite())
         return {GjkState::Separated, false};
+    if (m_pair.a.kind == ConvexKind::Support)
+        return searchFromSupport(corners, cache);
     const ContactSearchResult found =
         m_pair.a.kind == ConvexKind::Sphere ? searchFromPoint(corners) : searchFromCore(corners, cache);
     count(found.state);
     return found;
+}
+
+ContactSearchResult TriangleSearch::searchFromSupport(const Corners& corners, GjkCache<btScalar>& cache)
+{
+    place(corners);
+    const GjkState state = testSeparation(m_pair, m_cores, padLimit(m_pair, m_cores, m_limit), {}, cache);
+    if (state != GjkState::Separated)
+    {
+        m_isaGjk.counters().delegated.add(1);
+        return {GjkState::NotConverged, false};
+    }
+    count(state);
+    return {state, true};
 }
 
 ContactSearchResult TriangleSearch::searchFromCore(const Corners& corners, GjkCache<btScalar>& cache)
@@ -175,16 +184,17 @@ bool TriangleSearch::isTouchAlone() const
 void TriangleSearch::turnTouch(const Corners& corners, const Eigen::Vector3d& normal,
                                const Eigen::Vector3d& onTriangle, double distance)
 {
-    const SupportPoint lowest = core().support(-normal, m_touch.vertexA);
-    const Eigen::Vector3d point = lowest.point + core().origin();
+    const PosedShape& core = *m_cores.a;
+    const SupportPoint lowest = core.support(-normal, m_touch.vertexA);
+    const Eigen::Vector3d point = lowest.point + core.origin();
     const bool isDeep = m_touch.distance < 0.0;
-    m_touch = {normal, distance, onTriangle - core().origin(), lowest.vertex};
+    m_touch = {normal, distance, onTriangle - core.origin(), lowest.vertex};
     const double height = normal.dot(point - corners[0]);
     const Eigen::Vector3d foot = point - height * normal;
     if (isDeep && isOver(corners, foot))
     {
         m_touch.distance = height;
-        m_touch.onB = foot - core().origin();
+        m_touch.onB = foot - core.origin();
     }
 }
 
@@ -213,24 +223,6 @@ void TriangleSearch::addPatch(const MeshPoint& touch, const Corners& corners, Me
         points.add({onMesh + (distance - double(m_pair.a.margin)) * m_touch.normal, m_touch.normal,
                     gapAt(distance), touch.triangle, m_touch});
     }
-}
-
-void TriangleSearch::askBullet(const Corners& corners, const TriangleBatch::Triangle& triangle,
-                               btPersistentManifold& manifold, btDispatcher& dispatcher,
-                               const btDispatcherInfo& info, MeshPoints& points)
-{
-    const btTransform inFrame = btTransform::getIdentity();
-    for (int i = 0; i < 3; ++i)
-        m_triangle.m_vertices1[i] = toBullet(corners[i]);
-    m_triangle.setMargin(m_limits.meshMargin);
-    const btCollisionObjectWrapper convexWrap(nullptr, &m_pair.a.shape, manifold.getBody0(), m_coreAt, -1,
-                                              -1);
-    const btCollisionObjectWrapper triangleWrap(nullptr, &m_triangle, manifold.getBody1(), inFrame, -1, -1);
-    Collector result(convexWrap, triangleWrap, triangle, points);
-    const btCollisionAlgorithmConstructionInfo construction(&dispatcher, 0);
-    btConvexConvexAlgorithm algorithm(&manifold, construction, &convexWrap, &triangleWrap,
-                                      m_isaGjk.stock().m_pdSolver, 0, 0);
-    algorithm.processCollision(&convexWrap, &triangleWrap, info, &result);
 }
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

@@ -39,14 +39,20 @@ public:
     TriangleSearch& operator=(const TriangleSearch&) = delete;
 
     /// False for a core without points, or without memory.
-    bool isPossible() const { return m_cores.a.has_value(); }
-    const PosedShape& core() const { return *m_cores.a; }
+    bool isPossible() const { return m_cores.a || m_pair.a.kind == ConvexKind::Support; }
+    /// No point of the core is farther from its origin.
+    double size() const;
+    /// The largest product of a point of the core with a direction.
+    double heightAlong(const Eigen::Vector3d& direction) const;
+    /// A point in the core.
+    Eigen::Vector3d centre() const;
     /// The distance of core and triangle up to which they touch.
     btScalar limit() const { return m_limit; }
 
     /// @param corners not finite: Separated
     /// @param cache   [in, out] where the search begins; guesses that have been settled
-    /// @return Separated, Near, Overlapping; NotConverged if Bullet's algorithm must answer
+    /// @return Separated, Near, Overlapping; NotConverged if Bullet's algorithm must answer, as for any core that is
+    ///         no polytope
     ContactSearchResult search(const Corners& corners, GjkCache<btScalar>& cache);
 
     // The result of the last search, if it was Near or Overlapping.
@@ -76,14 +82,10 @@ public:
     /// @param corners of its triangle
     void addPatch(const MeshPoint& touch, const Corners& corners, MeshPoints& points);
 
-    /// Lets Bullet's algorithm find the points of the last triangle.
-    void askBullet(const Corners& corners, const TriangleBatch::Triangle& triangle,
-                   btPersistentManifold& manifold, btDispatcher& dispatcher, const btDispatcherInfo& info,
-                   MeshPoints& points);
-
 private:
     void place(const Corners& corners);
     ContactSearchResult searchFromPoint(const Corners& corners);
+    ContactSearchResult searchFromSupport(const Corners& corners, GjkCache<btScalar>& cache);
     ContactSearchResult searchFromCore(const Corners& corners, GjkCache<btScalar>& cache);
     void count(GjkState state);
     double gapAt(double distance) const;

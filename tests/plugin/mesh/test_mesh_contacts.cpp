@@ -135,7 +135,8 @@ enum class BodyKind
     Box,
     Plate,
     Capsule,
-    Sphere
+    Sphere,
+    Cylinder
 };
 
 std::unique_ptr<btConvexShape> makeBody(BodyKind kind, std::mt19937& engine)
@@ -152,8 +153,10 @@ std::unique_ptr<btConvexShape> makeBody(BodyKind kind, std::mt19937& engine)
             return std::make_unique<btBoxShape>(vec(2, 0.05, 2));
         case BodyKind::Capsule:
             return std::make_unique<btCapsuleShape>(btScalar(0.3), btScalar(0.8));
-        default:
+        case BodyKind::Sphere:
             return std::make_unique<btSphereShape>(btScalar(0.5));
+        default:
+            return std::make_unique<btCylinderShape>(vec(0.4, 0.5, 0.4));
     }
 }
 
@@ -178,7 +181,8 @@ struct MeshContacts : testing::TestWithParam<std::tuple<MeshKind, BodyKind>>
 std::string nameOf(const testing::TestParamInfo<std::tuple<MeshKind, BodyKind>>& info)
 {
     static const char* const meshes[] = {"Bvh", "BvhUnquantized", "Scaled", "Materials", "Terrain", "Soup"};
-    static const char* const bodies[] = {"RoundHull", "SmallHull", "Box", "Plate", "Capsule", "Sphere"};
+    static const char* const bodies[] = {"RoundHull", "SmallHull", "Box",     "Plate",
+                                         "Capsule",   "Sphere",    "Cylinder"};
     return std::string(bodies[static_cast<std::size_t>(std::get<1>(info.param))]) + "On" +
            meshes[static_cast<std::size_t>(std::get<0>(info.param))];
 }
@@ -328,7 +332,7 @@ INSTANTIATE_TEST_SUITE_P(
     testing::Combine(testing::Values(MeshKind::Bvh, MeshKind::BvhUnquantized, MeshKind::Scaled,
                                      MeshKind::Materials, MeshKind::Terrain, MeshKind::Soup),
                      testing::Values(BodyKind::RoundHull, BodyKind::SmallHull, BodyKind::Box, BodyKind::Plate,
-                                     BodyKind::Capsule, BodyKind::Sphere)),
+                                     BodyKind::Capsule, BodyKind::Sphere, BodyKind::Cylinder)),
     nameOf);
 
 /// A body at rest on a mesh of its own. A pair with memory has the points of a new one after every edit.
