@@ -1,5 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
+#include "cullet/plugin/shapes/convex_shape.h"
 #include "cullet/tests/plugin/broadphase/broadphase_support.h"
 #include "cullet/tests/plugin/convex/convex_world.h"
 #include "cullet/tests/plugin/mesh/mesh_bench.h"
@@ -450,6 +451,18 @@ TEST_F(EditedMesh, IsLeftToBulletForPosesThatAreNoRotations)
                 ours.isaGjk().stats().trianglesTotal == 0);
     pose.setOrigin(vec(0, std::nan(""), 0));
     EXPECT_EQ(ours.step(pose, btTransform::getIdentity()).getNumContacts(), 0);
+}
+TEST(PosedTriangle, IsNoLargerThanItsEdgesWhenItIsHuge)
+{
+    for (const double edge : {1e-3, 1.0, 1e4})
+    {
+        const btTriangleShape triangle(vec(0, 0, 0), vec(edge, 0, 0), vec(0, 0, edge));
+        HullUse unused;
+        const auto posed = poseShape(triangle, ConvexKind::Triangle, btTransform::getIdentity(), unused, 0);
+        ASSERT_TRUE(posed.has_value());
+        EXPECT_LT(double(posed->size()), 2 * edge);
+        EXPECT_GE(double(posed->size()), edge);
+    }
 }
 }  // namespace
 }  // namespace cullet::test
