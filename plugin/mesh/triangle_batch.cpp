@@ -150,13 +150,13 @@ int onlyBit(unsigned bits)
 }
 }  // namespace
 
-CoreFrame::CoreFrame(const btTransform& core, const btTransform& mesh)
+CoreFrame::CoreFrame(const btTransform& core, const btTransform& mesh, FrameAxes axes)
 {
     const Eigen::Matrix3d basis = basisOf(core).cast<double>(), identity = Eigen::Matrix3d::Identity();
     const double distortion = (basis.transpose() * basis - identity).cwiseAbs().sum();
-    m_axes = basis;
+    m_axes = axes == FrameAxes::World ? identity : basis;
     // Newton's iteration for the nearest rotation; each step squares the distortion.
-    for (int i = 0; i < 2; ++i)
+    for (int i = 0; axes == FrameAxes::Core && i < 2; ++i)
         m_axes = m_axes * (1.5 * identity - 0.5 * m_axes.transpose() * m_axes);
     m_origin = toEigen(core.getOrigin()).cast<double>();
     m_coreBasis = m_axes.transpose() * basis;

@@ -15,6 +15,13 @@ namespace cullet
 {
 inline namespace CULLET_PRECISION
 {
+/// The axes of a CoreFrame; those of the core itself make its bounds tight.
+enum class FrameAxes
+{
+    Core,
+    World  ///< enough for a point
+};
+
 /// The frame of a convex core: a rotation of the world around the core's origin, in double, so that distances are those
 /// of the world.
 ///
@@ -25,14 +32,14 @@ class CoreFrame
 public:
     /// @param core  the convex body's transform
     /// @param mesh  the mesh's
-    CoreFrame(const btTransform& core, const btTransform& mesh);
+    CoreFrame(const btTransform& core, const btTransform& mesh, FrameAxes axes);
 
     /// Whether the core's basis is nearly a rotation, and no number is infinite or NaN.
     bool isUsable() const { return m_isUsable; }
 
     const Eigen::Matrix3d& meshBasis() const { return m_meshBasis; }
     const Eigen::Vector3d& meshOrigin() const { return m_meshOrigin; }
-    /// The transform of the core: nearly the identity.
+    /// The transform of the core in this frame: nearly the identity, with the core's axes.
     btTransform coreBasis() const;
 
     /// A point of the mesh in this frame.

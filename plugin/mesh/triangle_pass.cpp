@@ -135,7 +135,8 @@ TrianglePass::TrianglePass(IsaGjkRegistration& isaGjk, MeshQuery& query,
       m_dispatcher(dispatcher),
       m_info(info),
       m_result(result),
-      m_frame(convex.getWorldTransform(), mesh.getWorldTransform()),
+      m_frame(convex.getWorldTransform(), mesh.getWorldTransform(),
+              m_side.kind == ConvexKind::Sphere ? FrameAxes::World : FrameAxes::Core),
       m_limits{marginOfMesh(m_side, mesh), query.manifold.getContactBreakingThreshold()},
       m_showsEveryPoint(showsEveryPoint()),
       m_reading(correctsEdges() ? Reading::Candidates : Reading::Batch),
@@ -259,11 +260,7 @@ bool TrianglePass::examineCore()
     m_search.emplace(m_isaGjk, m_side, m_frame, m_query.hulls, m_limits);
     if (!m_search->isPossible())
         return false;
-    for (int i = 0; i < 3; ++i)
-    {
-        m_bounds.high[i] = axisAlong(Eigen::Vector3d::Unit(i)).height;
-        m_bounds.low[i] = -axisAlong(-Eigen::Vector3d::Unit(i)).height;
-    }
+    m_bounds = m_search->bounds();
     recallAxes();
     return true;
 }

@@ -3,6 +3,7 @@
 #include "cullet/plugin/mesh/triangle_search.h"
 
 #include <algorithm>
+#include <limits>
 
 namespace cullet
 {
@@ -80,6 +81,25 @@ double TriangleSearch::heightAlong(const Eigen::Vector3d& direction) const
         PosedSupport(m_pair.a.shape, m_coreAt, Eigen::Vector3d::Zero()).support(direction, -1).point);
 }
 
+CoreBounds TriangleSearch::bounds() const
+{
+    if (m_pair.a.kind == ConvexKind::Sphere)
+        return {Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
+    if (m_pair.a.kind == ConvexKind::Box)
+    {
+        // The core is the image of a cube.
+        const Eigen::Vector3d half = m_cores.a->basis().cwiseAbs().rowwise().sum();
+        return {-half, half};
+    }
+    CoreBounds bounds;
+    for (int i = 0; i < 3; ++i)
+    {
+        bounds.high[i] = heightAlong(Eigen::Vector3d::Unit(i));
+        bounds.low[i] = -heightAlong(-Eigen::Vector3d::Unit(i));
+    }
+    return bounds;
+}
+
 Eigen::Vector3d TriangleSearch::centre() const
 {
     return m_cores.a ? Eigen::Vector3d(m_cores.a->centre() + m_cores.a->origin()) : Eigen::Vector3d::Zero();
@@ -108,17 +128,27 @@ ContactSearchResult TriangleSearch::search(const Corners& corners, GjkCache<btSc
     return found;
 }
 
+/// Only the triangle's own plane is tried: Bullet's algorithm must answer anyway if the shapes touch, and a search costs
+/// as much.
 ContactSearchResult TriangleSearch::searchFromSupport(const Corners& corners, GjkCache<btScalar>& cache)
 {
-    place(corners);
-    const GjkState state = testSeparation(m_pair, m_cores, padLimit(m_pair, m_cores, m_limit), {}, cache);
-    if (state != GjkState::Separated)
+    const Eigen::Vector3d across = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
+    const double length = across.norm();
+    if (length > 0.0)
     {
-        m_isaGjk.counters().delegated.add(1);
-        return {GjkState::NotConverged, false};
+        const Eigen::Vector3d normal = across * ((across.dot(corners[0]) > 0.0 ? -1.0 : 1.0) / length);
+        const double gap = -heightAlong(-normal) - normal.dot(corners[0]);
+        const double noise = 16 * double(std::numeric_limits<btScalar>::epsilon()) *
+                             (size() + double(m_limit) + corners[0].lpNorm<1>());
+        if (gap > double(m_limit) + noise)
+        {
+            count(GjkState::Separated);
+            rememberAxis(normal, cache);
+            return {GjkState::Separated, false};
+        }
     }
-    count(state);
-    return {state, true};
+    m_isaGjk.counters().delegated.add(1);
+    return {GjkState::NotConverged, false};
 }
 
 ContactSearchResult TriangleSearch::searchFromCore(const Corners& corners, GjkCache<btScalar>& cache)

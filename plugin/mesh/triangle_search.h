@@ -44,6 +44,7 @@ public:
     double size() const;
     /// The largest product of a point of the core with a direction.
     double heightAlong(const Eigen::Vector3d& direction) const;
+    CoreBounds bounds() const;
     /// A point in the core.
     Eigen::Vector3d centre() const;
     /// The distance of core and triangle up to which they touch.
