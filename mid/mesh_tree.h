@@ -18,8 +18,8 @@ class ParallelLoops;
 /// Items are numbered by the caller, and queries report them in ascending order, or by the place where a swept box
 /// meets them: the answers do not depend on how the tree is built. Items with empty boxes are never found.
 ///
-/// Memory: 28 to 32 bytes per item, for large meshes. One thread at a time may build or refit the tree; any number of threads may
-/// query it while no thread does.
+/// Memory: 28 to 32 bytes per item, for large meshes. One thread at a time may build or refit the tree; any number of
+/// threads may query it while no thread does.
 class MeshTree
 {
 public:

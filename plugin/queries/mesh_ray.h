@@ -10,7 +10,7 @@ namespace cullet
 {
 inline namespace CULLET_PRECISION
 {
-/// Tests a ray against a prepared mesh; does what btCollisionWorld::rayTestSingle() does, with Bullet's test of each triangle.
+/// Tests a ray against a prepared mesh; does what btCollisionWorld::rayTestSingle() does, with Bullet's test of a triangle.
 ///
 /// The hits are those of a plain loop over all triangles. Bullet's tree leaves some of them out: those that its test of a
 /// ray and a box misses by a rounding, above all at boxes of no thickness, which only an unquantized tree has.
