@@ -1,5 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
+#include "cullet/demos/bench/aim_ray.h"
 #include "cullet/demos/bench/bullet_subject.h"
 #include "cullet/demos/bench/events/event_scenes.h"
 #include "cullet/demos/program/exit_code.h"
@@ -51,21 +52,12 @@ struct Query
 class Hits : public btBroadphaseRayCallback
 {
 public:
-    /// Sets the fields as btCollisionWorld::rayTest does.
     void aim(std::uint32_t query, const Query& ray, btScalar half)
     {
         m_query = query;
         m_from = ray.from;
         m_half = half;
-        btVector3 direction = ray.to - ray.from;
-        m_lambda_max = direction.length();
-        direction /= m_lambda_max;
-        for (int axis = 0; axis < 3; ++axis)
-        {
-            m_rayDirectionInverse[axis] =
-                direction[axis] == btScalar(0) ? btScalar(BT_LARGE_FLOAT) : btScalar(1) / direction[axis];
-            m_signs[axis] = m_rayDirectionInverse[axis] < btScalar(0) ? 1 : 0;
-        }
+        aimRay(*this, ray.from, ray.to);
     }
 
     bool process(const btBroadphaseProxy* proxy) override

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #include "cullet/demos/bench/losses/query_losses.h"
 
+#include "cullet/demos/bench/aim_ray.h"
 #include "cullet/demos/bench/losses/scripted_broadphase.h"
 #include "cullet/demos/program/stopwatch.h"
 #include "cullet/demos/scenes/box_scene.h"
@@ -18,19 +19,7 @@ namespace
 class Ray : public btBroadphaseRayCallback
 {
 public:
-    /// Sets the fields as btCollisionWorld::rayTest() does.
-    Ray(const btVector3& from, const btVector3& to) : m_from(from), m_to(to)
-    {
-        btVector3 direction = to - from;
-        m_lambda_max = direction.length();
-        direction /= m_lambda_max;
-        for (int axis = 0; axis < 3; ++axis)
-        {
-            m_rayDirectionInverse[axis] =
-                direction[axis] == btScalar(0) ? btScalar(BT_LARGE_FLOAT) : btScalar(1) / direction[axis];
-            m_signs[axis] = m_rayDirectionInverse[axis] < btScalar(0) ? 1 : 0;
-        }
-    }
+    Ray(const btVector3& from, const btVector3& to) : m_from(from), m_to(to) { aimRay(*this, from, to); }
 
     bool process(const btBroadphaseProxy* proxy) override
     {
