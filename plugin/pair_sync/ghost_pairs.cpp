@@ -40,10 +40,8 @@ void GhostPairs::rescan()
 }
 
 /// Reads the boxes of all ghosts again after the origin of the table's boxes has moved.
-void GhostPairs::followOrigin() noexcept
+void GhostPairs::readBoxesAgain() noexcept
 {
-    if (m_recentredTotal == m_store.recentredTotal())
-        return;
     m_recentredTotal = m_store.recentredTotal();
     m_store.forEach(
         [this](const Proxy*, std::uint32_t row)

@@ -68,7 +68,12 @@ public:
 
 private:
     void rescan();
-    void followOrigin() noexcept;
+    void followOrigin() noexcept
+    {
+        if (m_recentredTotal != m_store.recentredTotal())
+            readBoxesAgain();
+    }
+    void readBoxesAgain() noexcept;
     void addPairsOfBox(Proxy& proxy, const QueryIndex& index);
 
     ProxyStore& m_store;
@@ -77,7 +82,7 @@ private:
     std::atomic<bool> m_hasGhostCallback{false};
     std::mutex m_rescan;
     std::vector<std::uint32_t> m_overlappingIds;
-    std::uint32_t m_recentredTotal = 0;  ///< of the store, at the last call
+    std::uint32_t m_recentredTotal = 0;  ///< of the store, at the last readBoxesAgain()
 };
 }  // namespace CULLET_PRECISION
 }  // namespace cullet
