@@ -3,6 +3,8 @@
 
 // Neighbour lists: skins, closeness, and when a list is kept.
 
+#include "cullet/broad/psap/exec/host_exec.h"
+#include "cullet/broad/psap/verlet/neighbour_list.h"
 #include "cullet/broad/psap/verlet/neighbour_steps.h"
 #include "cullet/broad/psap/verlet/pair_list_steps.h"
 #include "cullet/broad/psap/verlet/skin_policy.h"
@@ -500,6 +502,21 @@ TEST(SkinPolicy, KeepsListsOfUpToSixNeighboursForEachBoxAndPair)
         policy.recordBegun(neighbours, kManyBoxes, kPairs);
         EXPECT_EQ(policy.choose(kManyBoxes),
                   neighbours <= kMost ? NeighbourMode::Follow : NeighbourMode::Search);
+    }
+}
+
+TEST(PsapNeighbours, AreFollowedUnlessThereAreManyForEachBoxAndPair)
+{
+    constexpr std::uint64_t kPairs = 5, kMost = 6 * (kManyBoxes + kPairs);
+    for (const std::uint64_t found : {std::uint64_t{10}, kMost, kMost + 1})
+    {
+        SCOPED_TRACE(found);
+        psap::HostExec exec{PsapOptions{}};
+        psap::NeighbourStore<psap::HostExec> store{PsapOptions{}};
+        store.policy() = policyWithList(0);
+        ASSERT_TRUE(store.reserve(exec, kManyBoxes));
+        store.recordBegun(found, kPairs);
+        EXPECT_EQ(store.choose(kManyBoxes), found <= kMost ? NeighbourMode::Follow : NeighbourMode::Search);
     }
 }
 
