@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Zlib
 
 // When World solves islands on several threads and when it does not, and what it leaves to classes of the application.
+#include "cullet/plugin/shapes/shape_boxes.h"
 #include "cullet/plugin/step/split_impulse_row.h"
 #include "cullet/plugin/world.h"
 #include "cullet/tests/plugin/world/step_stage.h"
@@ -253,6 +254,12 @@ TEST(SplitImpulseRow, HasBulletsRounding)
 {
     EXPECT_TRUE(hasBulletsRounding(false));
     EXPECT_TRUE(hasBulletsRounding(true));
+}
+
+// Else each box would be computed by Bullet's virtual function.
+TEST(ShapeBoxes, HaveBulletsRounding)
+{
+    EXPECT_TRUE(hasBulletsBoxes());
 }
 
 /// A world of the application that keeps functions of its own, one of them private.
