@@ -30,8 +30,10 @@ std::unique_ptr<btCollisionDispatcher> makeDispatcher(const WorldSceneOptions& o
         return std::make_unique<Dispatcher>(&configuration, own);
     }
     auto dispatcher = std::make_unique<btCollisionDispatcher>(&configuration);
-    if (options.narrow == "isa-gjk")
-        registerIsaGjk(*dispatcher);
+    IsaGjkOptions isaGjk;
+    isaGjk.activeEdges = options.narrow == "active-edges";
+    if (options.narrow == "isa-gjk" || isaGjk.activeEdges)
+        registerIsaGjk(*dispatcher, isaGjk);
     else if (options.narrow != "bullet")
         throw ProgramError(kExitUsage, "no narrow phase '" + options.narrow + "'");
     return dispatcher;
@@ -69,7 +71,7 @@ const std::vector<std::string>& boxUpdateNames()
 
 const std::vector<std::string>& narrowPhaseNames()
 {
-    static const std::vector<std::string> names = {"bullet", "isa-gjk", "dispatcher"};
+    static const std::vector<std::string> names = {"bullet", "isa-gjk", "dispatcher", "active-edges"};
     return names;
 }
 

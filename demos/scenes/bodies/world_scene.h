@@ -37,7 +37,8 @@ struct WorldSceneOptions
     std::string file;               ///< the .bullet file of scene "file"
 };
 
-/// "bullet"; "isa-gjk": Bullet's dispatcher with registerIsaGjk(); "dispatcher": cullet::Dispatcher.
+/// "bullet"; "isa-gjk": Bullet's dispatcher with registerIsaGjk(); "dispatcher": cullet::Dispatcher; "active-edges": as
+/// "isa-gjk", with IsaGjkOptions::activeEdges.
 const std::vector<std::string>& narrowPhaseNames();
 
 /// "bullet"; "parallel": cullet::World.
