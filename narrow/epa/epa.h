@@ -13,6 +13,8 @@
 #include "cullet/narrow/gjk/gjk.h"
 #include "cullet/narrow/gjk/gjk_search.h"
 #include "cullet/narrow/gjk/gjk_types.h"
+#include "cullet/narrow/gjk/precise_hull.h"
+#include "cullet/narrow/gjk/vertex_pairs.h"
 #include "cullet/narrow/hull/moved_shape.h"
 
 #include <algorithm>
@@ -293,7 +295,7 @@ private:
     {
         const Eigen::Vector3d normal = face.scaledNormal / face.length;
         store(normal, face.distance + gap, gap, along);
-        if (solveFromFeatures(face, supports))
+        if (solveFromFace(face, supports) || solveFromTouch(-normal, face.distance + gap))
             m_result.isSettled =
                 polytope.isOnlyClosestPlane(face, face.distance + gap + kDepthUncertainty * size());
         else if (!findPoints(polytope, supports, face, gap))
@@ -376,20 +378,43 @@ private:
 
     /// Computes the answer from the features of a face alone, so that it does not depend on the path of the search.
     template <class Supports>
-    bool solveFromFeatures(const PolytopeParts::Face& face, const Supports& supports)
+    bool solveFromFace(const PolytopeParts::Face& face, const Supports& supports)
+    {
+        VertexPairs pairs;
+        pairs.count = 3;
+        for (std::size_t k = 0; k < 3; ++k)
+        {
+            const Support& corner = supports[static_cast<std::size_t>(face.vertex[k])];
+            pairs.a[k] = corner.vertexA;
+            pairs.b[k] = corner.vertexB;
+        }
+        return solveFromFeatures(pairs, -face.scaledNormal, std::numeric_limits<double>::infinity());
+    }
+
+    /// solveFromFace() where the face is only near the features, which rounding hides from the expansion: those that
+    /// touch once A has been moved out. Not inlined, so that the stack frame of an expansion stays small.
+    [[gnu::noinline]] bool solveFromTouch(const Eigen::Vector3d& axis, double depth)
     {
         if constexpr (HasVertexAmong<A, B>::value)
         {
-            VertexPairs pairs;
-            pairs.count = 3;
-            for (std::size_t k = 0; k < 3; ++k)
-            {
-                const Support& corner = supports[static_cast<std::size_t>(face.vertex[k])];
-                pairs.a[k] = corner.vertexA;
-                pairs.b[k] = corner.vertexB;
-            }
+            using Scalar = typename A::Scalar;
+            const PreciseHull<Scalar> a(m_a), b(m_b);
+            GjkCache<double> cache;
+            return searchTouch(a, b, axis, depth, cache).state == GjkState::Near &&
+                   solveFromFeatures(pairsOf(cache), axis, depth + kGapWanted * size());
+        }
+        else
+            return false;
+    }
+
+    /// @param about see FeaturePair
+    /// @param most  features with a larger depth are refused
+    bool solveFromFeatures(const VertexPairs& pairs, const Eigen::Vector3d& about, double most)
+    {
+        if constexpr (HasVertexAmong<A, B>::value)
+        {
             FeaturePair<typename A::Scalar> features(m_a, m_b);
-            if (!features.solve(pairs, -face.scaledNormal, true))
+            if (!features.solve(pairs, about, true) || -features.distance() > most)
                 return false;
             m_result.vertexA = features.vertexA();
             m_result.vertexB = features.vertexB();
@@ -420,7 +445,8 @@ private:
         }
         const Support s = m_search.supportAgainst(-normal);
         store(normal, depth, 0.0, s);
-        storePoints(touchAfter(-normal, depth, s.a));
+        if (!solveFromTouch(-normal, depth))
+            storePoints(touchAfter(-normal, depth, s.a));
         m_result.method = PenetrationMethod::Exact;
     }
 
@@ -430,11 +456,18 @@ private:
     Eigen::Vector3d touchAfter(const Eigen::Vector3d& axis, double depth,
                                const Eigen::Vector3d& otherwise) const
     {
-        // A is moved a little farther, so that there is a gap, whose closest points are the touching ones.
-        const MovedShape<A> out(m_a, axis * (depth + 1e-3 * size()));
         GjkCache<double> cache;
-        const GjkResult<double> near = gjkDistance(out, m_b, std::numeric_limits<double>::infinity(), cache);
+        const GjkResult<double> near = searchTouch(m_a, m_b, axis, depth, cache);
         return near.state == GjkState::Near ? near.pointA : otherwise;
+    }
+
+    /// A is moved a little farther than the depth, so that there is a gap, whose closest points are the touching ones.
+    template <class ShapeA, class ShapeB>
+    GjkResult<double> searchTouch(const ShapeA& a, const ShapeB& b, const Eigen::Vector3d& axis, double depth,
+                                  GjkCache<double>& cache) const
+    {
+        const MovedShape<ShapeA> out(a, axis * (depth + 1e-3 * size()));
+        return gjkDistance(out, b, std::numeric_limits<double>::infinity(), cache);
     }
 
     const A& m_a;

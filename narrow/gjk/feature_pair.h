@@ -89,6 +89,8 @@ private:
     /// Thresholds for strictly inside, as a part of an edge or of the size, and for strictly behind, as a slope; far
     /// more than rounding. Expansions end before they tell apart normals that differ by less than the one for depths.
     static constexpr double kInside = 1e-9, kBentInside = 1e-5, kSlope = 1e-9, kDeepSlope = 1e-5;
+    /// The same for a face and its neighbours; the squares of lengths hide smaller slopes from a search.
+    static constexpr double kFaceSlope = 1e-7;
     /// Tolerance of coplanar points, times the size; some hundred roundings.
     static constexpr double kPlane = 1e-13;
     /// Squared sine below which the normal of two directions is unreliable.
@@ -131,8 +133,15 @@ private:
         else
             isSolved = solveVertices(a, b);
         m_areCorners = ofA.count == 1 && ofB.count == 1;
-        return isSolved && isStrictSupport(m_a, ofA.id[0], ofA.id[1], -m_normal) &&
-               isStrictSupport(m_b, ofB.id[0], ofB.id[1], m_normal);
+        return isSolved && isStrictEdge(m_a, ofA.id[0], ofA.id[1], -m_normal) &&
+               isStrictEdge(m_b, ofB.id[0], ofB.id[1], m_normal);
+    }
+
+    /// @param to -1: the edge is a vertex
+    bool isStrictEdge(const Side& side, std::int32_t from, std::int32_t to, const Vector& direction) const
+    {
+        return isStrictSupport(side, from, to, direction) &&
+               (to < 0 || isStrictSupport(side, to, from, direction));
     }
 
     bool solveVertices(const Vector& a, const Vector& b)
@@ -215,8 +224,17 @@ private:
         if (!setVertexOver(side, corners, plane, other, vertex, isOfA))
             return false;
         const Vector outward = isOfA ? Vector(-m_normal) : m_normal;
-        return isFlat ? isOuterFace(side, plane, outward)
-                      : isStrictSupport(side, three[0], three[1], outward, three[2]);
+        return isFlat ? isOuterFace(side, plane, outward) && isStrictFace(side, corners, corners[0], outward)
+                      : isStrictTriangle(side, three, outward);
+    }
+
+    /// At one corner the others of a bent face may be behind, and level at another corner.
+    bool isStrictTriangle(const Side& side, const std::array<std::int32_t, 3>& three,
+                          const Vector& direction) const
+    {
+        return isStrictSupport(side, three[0], three[1], direction, three[2]) &&
+               isStrictSupport(side, three[1], three[2], direction, three[0]) &&
+               isStrictSupport(side, three[2], three[0], direction, three[1]);
     }
 
     /// solveFace() for corners that rounding has moved off their plane. The triangle that is highest under the vertex is a
@@ -236,7 +254,9 @@ private:
             id = corners[id];
         const Corners triangle = {three.data(), three.data() + 3};
         Plane plane;
-        return findPlane(side, triangle, plane) && setVertexOver(side, triangle, plane, other, vertex, isOfA);
+        return findPlane(side, triangle, plane) &&
+               setVertexOver(side, triangle, plane, other, vertex, isOfA) &&
+               isStrictFace(side, corners, three[0], isOfA ? Vector(-m_normal) : m_normal);
     }
 
     /// Sets the answer of a vertex strictly over a face and strictly ahead of all other vertices of its hull.
@@ -350,13 +370,15 @@ private:
         const Vector offset = isOfA ? m_offset : Vector(-m_offset);
         const Corners above = levelFace(other, otherVertex, isOfA ? m_about : Vector(-m_about));
         if (above.size() >= 3 && areLevel(other, above, plane.ccwNormal))
-            return setLevel(side, corners, plane, other, above, offset, isOfA);
+            return setLevel(side, corners, plane, other, above, offset, isOfA) &&
+                   isStrictFace(other, above, above[0], isOfA ? m_normal : Vector(-m_normal));
         std::array<std::int32_t, 2> edge;
         if (levelEdge(other, otherVertex, plane.ccwNormal, isOfA, edge))
             return setLevel(side, corners, plane, other, {edge.data(), edge.data() + 2}, offset, isOfA);
         // The foot is on a diagonal of the face.
+        const auto outward = [&] { return isOfA ? Vector(-m_normal) : m_normal; };
         return !m_isDeep && setVertexOver(side, corners, plane, other, otherVertex, isOfA) &&
-               isOuterFace(side, plane, isOfA ? Vector(-m_normal) : m_normal);
+               isOuterFace(side, plane, outward()) && isStrictFace(side, corners, corners[0], outward());
     }
 
     /// The face at a vertex whose normal is nearest to a direction; none if all normals differ too much.
@@ -365,10 +387,12 @@ private:
         // If the direction is parallel to the face's normal in the world, this is so in the hull's frame, however the
         // basis scales.
         const Vector local = side.basis.transpose() * direction;
-        double best = 0.999 * std::sqrt(local.squaredNorm());
-        std::int32_t found = -1;
-        if (isCloud(side))
+        const double length2 = local.squaredNorm(), norm = kSlope * double(side.shape.norm());
+        // Of a direction across which the basis has flattened the hull, only rounding is left.
+        if (isCloud(side) || !(length2 > norm * norm * direction.squaredNorm()))
             return {nullptr, nullptr};
+        double best = 0.999 * std::sqrt(length2);
+        std::int32_t found = -1;
         for (const std::int32_t face : side.hull().facesOf(vertex))
         {
             const double along = local.dot(side.hull().faces()[static_cast<std::size_t>(face)].normal);
@@ -408,8 +432,7 @@ private:
         if (other < 0)
             return false;
         edge = {std::min(vertex, other), std::max(vertex, other)};
-        return isStrictSupport(side, vertex, other, direction) &&
-               isStrictSupport(side, other, vertex, direction);
+        return isStrictEdge(side, vertex, other, direction);
     }
 
     /// Sets the answer at the first corner that is over the other face: a corner of `above`, or of the face.
@@ -421,6 +444,8 @@ private:
         (isOfA ? m_vertexA : m_vertexB) = corners[Side::firstOf(corners)];
         (isOfA ? m_vertexB : m_vertexA) = above[0];
         m_areCorners = false;
+        if (!isStrictFace(side, corners, corners[0], isOfA ? Vector(-m_normal) : m_normal))
+            return false;
         for (const std::int32_t corner : above)
         {
             const Vector point = other.point(corner) + offset;
@@ -454,27 +479,69 @@ private:
     bool isStrictSupport(const Side& side, std::int32_t vertex, std::int32_t but, const Vector& direction,
                          std::int32_t alsoExcept = -1) const
     {
-        const S clear = side.clearHeight();
+        const S clear = side.clearHeight(kSlope);
         if (!m_isDeep && but < 0 && side.shape.isStrictSupport(vertex, direction.template cast<S>(), clear))
             return true;
-        const Vector local = side.basis.transpose() * direction, from = side.localPoint(vertex);
-        const double slope = m_isDeep ? kDeepSlope : kSlope, slope2 = slope * slope * local.squaredNorm();
-        const auto isBehind = [&](std::int32_t other)
+        const StrictlyBehind<S> isBehind(side, direction, m_isDeep ? kDeepSlope : kSlope);
+        const Vector from = side.localPoint(vertex);
+        return allOfHighNeighbours(side, isBehind.direction(), {vertex, but, alsoExcept},
+                                   isBehind.longestFall(),
+                                   [&](std::int32_t other) { return isBehind(other, from); });
+    }
+
+    /// Whether all points of a hull that are no corners of a face are behind its plane by the fall of the slope over the
+    /// whole hull. By convexity the highest of them is a neighbour of a corner, so that a graph changes no answer.
+    ///
+    /// @param from a vertex in the plane
+    bool isStrictFace(const Side& side, const Corners& corners, std::int32_t from,
+                      const Vector& direction) const
+    {
+        const StrictlyBehind<S> isBehind(side, direction, kFaceSlope);
+        const Vector& local = isBehind.direction();
+        const double most = local.dot(side.localPoint(from)) - isBehind.longestFall();
+        const auto isFarBehind = [&](std::int32_t vertex)
+        { return local.dot(side.localPoint(vertex)) < most; };
+        if (isCloud(side))
+            return allOfHighNeighbours(side, local, {corners[0], corners[1], corners[2]},
+                                       isBehind.longestFall(), isFarBehind);
+        // A flat hull has no other points.
+        if (!side.hull().hasNeighbours())
+            return true;
+        std::int32_t last = corners[corners.size() - 1];
+        for (std::int32_t k = 0; k < corners.size(); ++k)
         {
-            const Vector way = side.localPoint(other) - from;
-            const double rise = local.dot(way);
-            return rise < 0.0 && rise * rise > slope2 * way.squaredNorm();
-        };
+            const std::int32_t corner = corners[k], next = corners[k + 1 < corners.size() ? k + 1 : 0];
+            for (const std::int32_t other : side.hull().naturalNeighbours(corner))
+            {
+                if (other != last && other != next && !isFarBehind(other) &&
+                    std::find(corners.begin(), corners.end(), other) == corners.end())
+                    return false;
+            }
+            last = corner;
+        }
+        return true;
+    }
+
+    /// Whether visit(neighbour) is true for all neighbours of the first of three vertices, except for the three; without a
+    /// graph, for all points that are higher along a direction, or lower by less than `fall`.
+    ///
+    /// @param local in the axes of the hull
+    template <class Visit>
+    static bool allOfHighNeighbours(const Side& side, const Vector& local,
+                                    const std::array<std::int32_t, 3>& except, double fall,
+                                    const Visit& visit)
+    {
         if (!isCloud(side) || !side.hull().pointBlocks().isEmpty())
             return allOfNeighbours<S>(
-                side.hull(), vertex, local, slope, 0.0,
+                side.hull(), except[0], local, 0.0, fall,
                 [&](std::int32_t other)
-                { return other == vertex || other == but || other == alsoExcept || isBehind(other); });
-        // Most points are farther behind than rounding and the slope.
-        const double sure = (32.0 * double(std::numeric_limits<S>::epsilon()) + 4.0 * slope) *
-                            side.hull().radius() * local.cwiseAbs().sum();
-        return isTrueNear<S>(side.hull(), local.template cast<S>(), vertex, static_cast<S>(sure),
-                             {vertex, but, alsoExcept}, isBehind);
+                { return std::find(except.begin(), except.end(), other) != except.end() || visit(other); });
+        // Most points are farther behind than rounding and the fall.
+        const double sure =
+            32.0 * double(std::numeric_limits<S>::epsilon()) * side.hull().radius() * local.cwiseAbs().sum() +
+            2.0 * fall;
+        return isTrueNear<S>(side.hull(), local.template cast<S>(), except[0], static_cast<S>(sure), except,
+                             visit);
     }
 
     const Side m_a, m_b;

@@ -47,10 +47,44 @@ struct FeatureSide
         const S* const v = hull().lanes(vertex);
         return {double(v[0]), double(v[1]), double(v[2])};
     }
-    /// A height larger than the rounding of a direction and of products in the hull's scalar.
-    S clearHeight() const
+    /// A height larger than the rounding of a direction and of products in the hull's scalar, and than that of a slope
+    /// from any vertex to any other.
+    S clearHeight(double slope) const
     {
-        return shape.tieBand() + S(8) * std::numeric_limits<S>::epsilon() * shape.size();
+        const S rounding = shape.tieBand() + S(8) * std::numeric_limits<S>::epsilon() * shape.size();
+        return std::max(rounding, static_cast<S>(2.0 * slope) * shape.size());
     }
+};
+
+/// Whether a vertex of a hull is behind another one along a direction, by a slope at least.
+template <class S>
+class StrictlyBehind
+{
+public:
+    StrictlyBehind(const FeatureSide<S>& side, const Eigen::Vector3d& direction, double slope)
+        : m_side(side),
+          m_local(side.basis.transpose() * direction),
+          // The norm bounds lengths in the world: along some directions a basis may flatten the hull to nothing.
+          m_slope(slope * double(side.shape.norm()))
+    {
+    }
+
+    /// @param from the other vertex, in the axes of the hull
+    bool operator()(std::int32_t vertex, const Eigen::Vector3d& from) const
+    {
+        const Eigen::Vector3d way = m_side.localPoint(vertex) - from;
+        const double rise = m_local.dot(way);
+        return rise < 0.0 && rise * rise > m_slope * m_slope * way.squaredNorm();
+    }
+
+    /// In the axes of the hull; of any length, also zero.
+    const Eigen::Vector3d& direction() const { return m_local; }
+    /// How far a vertex is behind another one at most along direction() if it is not strictly behind.
+    double longestFall() const { return 2.0 * m_slope * m_side.hull().radius(); }
+
+private:
+    const FeatureSide<S>& m_side;
+    const Eigen::Vector3d m_local;
+    const double m_slope;
 };
 }  // namespace cullet

@@ -6,6 +6,7 @@
 #include "cullet/narrow/gjk/feature_pair.h"
 #include "cullet/narrow/gjk/gjk.h"
 #include "cullet/narrow/gjk/isa_gjk.h"
+#include "cullet/narrow/gjk/precise_hull.h"
 
 #include <limits>
 #include <optional>
@@ -79,11 +80,32 @@ bool solveLastFeatures(const ConvexCores& cores, btScalar limit, GjkCache<btScal
     return true;
 }
 
-ContactSearchResult solveNearFeatures(const ConvexCores& cores, btScalar limit,
-                                      const GjkResult<btScalar>& near, GjkCache<btScalar>& cache,
-                                      Touch& touch)
+/// Continues a search whose last features rounding has decided, with supports in double.
+///
+/// @param near [in, out] unchanged if the search finds no distance
+/// @return whether it found one
+template <class S>
+bool refine(const PosedHull<S>& a, const PosedHull<S>& b, S limit, GjkCache<S>& cache, GjkResult<S>& near)
 {
-    const bool isSettled = solveFeatures(cores, pairsOf(cache), near.axis.cast<double>(), touch);
+    if constexpr (sizeof(S) < sizeof(double))
+    {
+        GjkCache<S> refined = cache;
+        const GjkResult<S> result = gjkDistance(PreciseHull<S>(a), PreciseHull<S>(b), limit, refined);
+        if (result.state != GjkState::Near)
+            return false;
+        cache = refined;
+        near = result;
+        return true;
+    }
+    // All searches of hulls in double compare in double.
+    return false;
+}
+
+ContactSearchResult solveNearFeatures(const ConvexCores& cores, btScalar limit, btScalar paddedLimit,
+                                      GjkResult<btScalar>& near, GjkCache<btScalar>& cache, Touch& touch)
+{
+    const auto solve = [&] { return solveFeatures(cores, pairsOf(cache), near.axis.cast<double>(), touch); };
+    const bool isSettled = solve() || (refine(*cores.a, *cores.b, paddedLimit, cache, near) && solve());
     if (!isSettled)
         touch = touchAt(near, cache);
     cache.state = stateOf(touch, limit);
@@ -140,9 +162,9 @@ ContactSearchResult measure(const ConvexCores& cores, btScalar limit, btScalar p
     }
     if (cache.state == GjkState::Near && solveLastFeatures(cores, limit, cache, touch))
         return {cache.state, true};
-    const GjkResult<btScalar> near = gjkDistance(*cores.a, *cores.b, paddedLimit, cache);
+    GjkResult<btScalar> near = gjkDistance(*cores.a, *cores.b, paddedLimit, cache);
     if (near.state == GjkState::Near)
-        return solveNearFeatures(cores, limit, near, cache, touch);
+        return solveNearFeatures(cores, limit, paddedLimit, near, cache, touch);
     if (near.state != GjkState::Overlapping)
         return {near.state, near.state == GjkState::Separated};
     const PenetrationResult<btScalar> deep = penetration(*cores.a, *cores.b, cache, depthCache);

@@ -134,11 +134,10 @@ std::vector<double> stepAt(ConvexPairProbe& probe, const btTransform& at)
     return numbersOf(probe.step());
 }
 
-std::vector<double> queryAt(ConvexPairProbe& probe, const btTransform& at, double threshold)
+std::vector<double> numbersOf(const std::vector<Reported>& points)
 {
-    probe.place(btTransform::getIdentity(), at);
     std::vector<double> numbers;
-    for (const Reported& point : probe.query(threshold))
+    for (const Reported& point : points)
     {
         for (int k = 0; k < 3; ++k)
         {
@@ -148,6 +147,12 @@ std::vector<double> queryAt(ConvexPairProbe& probe, const btTransform& at, doubl
         numbers.push_back(point.distance);
     }
     return numbers;
+}
+
+std::vector<double> queryAt(ConvexPairProbe& probe, const btTransform& at, double threshold)
+{
+    probe.place(btTransform::getIdentity(), at);
+    return numbersOf(probe.query(threshold));
 }
 
 class IsaGjkHistory : public testing::TestWithParam<Poses::Kind>
@@ -221,6 +226,73 @@ TEST(IsaGjkDepths, DependOnNoEarlierPoseWhenFacesAreNearlyLevel)
         ASSERT_EQ(queryAt(used, pose, 0), queryAt(fresh, pose, 0)) << i << ", tilt " << tilt;
     }
     EXPECT_EQ(bench.registration->stats().depthsTotal, 1500u * 6);
+}
+
+/// A vector of multiples of a quarter, up to 1.
+btVector3 latticeVec(Random& random)
+{
+    const auto quarter = [&] { return 0.25 * std::round(4 * uniform(random)); };
+    const double z = quarter(), y = quarter(), x = quarter();
+    return vec(x, y, z);
+}
+
+/// Shapes of a size of about 1 with level faces: boxes, capsules, triangles, without area too, and cubes with a roof that
+/// is nearly flat.
+std::unique_ptr<btConvexShape> levelShape(Random& random, int kind)
+{
+    if (kind == 0)
+        return std::make_unique<btBoxShape>(latticeVec(random).absolute() + vec(0.25, 0.25, 0.25));
+    if (kind == 1)
+        return std::make_unique<btCapsuleShape>(btScalar(0.25), btScalar(1));
+    if (kind == 2)
+    {
+        const btVector3 a = latticeVec(random), b = latticeVec(random), c = latticeVec(random);
+        return std::make_unique<btTriangleShape>(a, b, c);
+    }
+    std::vector<btVector3> points = boxPoints(1, 1, 1);
+    const double lowest = sizeof(btScalar) == sizeof(float) ? -24 : -50;
+    const double high = std::exp2(lowest * std::abs(uniform(random)) - 4);
+    const double z = uniform(random), x = kind == 3 ? 1 : uniform(random);
+    points.push_back(vec(x, 1 + high, z));
+    points.push_back(vec(x, -1 - high, z));
+    return makeHullShape(points);
+}
+
+/// Over features that are level but for a tilt of any size, rounding leaves several pairs of features equally close or
+/// equally deep.
+TEST(IsaGjkNearlyLevelFeatures, GiveSameContactsForAnyHistory)
+{
+    constexpr unsigned kSeed = 15;
+    SCOPED_TRACE(kSeed);
+    Random random(kSeed);
+    IsaGjkOptions options;
+    options.boxPairs = BoxPairs::IsaGjk;
+    ConvexBench bench(false, options);
+    int touching = 0;
+    for (int i = 0; i < 4000; ++i)
+    {
+        const auto a = levelShape(random, i % 5), b = levelShape(random, i / 5 % 5);
+        const btQuaternion turned = i % 2 == 0 ? btQuaternion::getIdentity() : turn(random, 3);
+        ConvexPairProbe used(bench.dispatcher, *a, *b);
+        for (int frame = 0; frame < 8; ++frame)
+        {
+            const double tilt = std::exp2(-24 + 24 * uniform(random));
+            const btVector3 place = latticeVec(random), beside = uniformVec(random) * btScalar(0.1);
+            const double height = 1.7 + uniform(random);
+            const btTransform at(turned * (frame % 4 == 0 ? btQuaternion::getIdentity() : turn(random, tilt)),
+                                 quatRotate(turned, vec(place.x(), height, place.z()) +
+                                                        (frame % 2 == 0 ? beside : vec(0, 0, 0))));
+            const btTransform from(turned, vec(0, 0, 0));
+            ConvexPairProbe fresh(bench.dispatcher, *a, *b);
+            fresh.place(from, at);
+            used.place(from, at);
+            const std::vector<double> expected = numbersOf(fresh.query(1));
+            ASSERT_EQ(numbersOf(used.query(1)), expected) << i << ", frame " << frame << ", tilt " << tilt;
+            touching += expected.empty() ? 0 : 1;
+        }
+    }
+    EXPECT_GT(touching, 10000);
+    EXPECT_GT(bench.registration->stats().depthsTotal, 4000u);
 }
 
 std::string nameOf(const testing::TestParamInfo<Poses::Kind>& info)
