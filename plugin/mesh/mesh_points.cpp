@@ -3,7 +3,6 @@
 #include "cullet/plugin/mesh/mesh_points.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <utility>
 
@@ -13,8 +12,9 @@ inline namespace CULLET_PRECISION
 {
 namespace
 {
-/// Position, normal and depth of a point, as lengths; the last one is 0, for a whole number of SIMD registers.
-using Feature = Eigen::Matrix<double, 8, 1>;
+/// Position and depth of a point, as lengths. Points with other normals have other positions on a convex shape. To
+/// prefer other normals would be to prefer contacts at the edges inside of a mesh.
+using Feature = Eigen::Vector4d;
 
 /// A difference of depths counts as a distance of so many times its length: on level ground a point between two others
 /// is needed only where it is deeper.
@@ -40,15 +40,12 @@ class MeshPoints::Selection
 public:
     Selection(const MeshPoints& points, int first) : m_set(points), m_count(points.m_count)
     {
-        double spread2 = 0.0;
-        for (int i = 0; i < m_count; ++i)
-            spread2 = std::max(spread2, (m_set[i].place - m_set[first].place).squaredNorm());
-        const double spread = std::sqrt(spread2), range = m_set.m_limit - m_set[first].distance;
+        const double range = m_set.m_limit - m_set[first].distance;
         for (int i = 0; i < m_count; ++i)
         {
             const MeshPoint& point = m_set[i];
             Row& row = m_rows[static_cast<std::size_t>(i)];
-            row.feature << point.place, spread * point.normal, kDepthScale * point.distance, 0.0;
+            row.feature << point.place, kDepthScale * point.distance;
             row.weight = range > 0.0 ? (m_set.m_limit - point.distance) / range : 1.0;
             m_order[static_cast<std::size_t>(i)] = i;
         }

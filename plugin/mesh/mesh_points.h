@@ -27,8 +27,8 @@ struct MeshPoint
 /// Points of all triangles that a convex body touches, reduced to the few that a manifold holds.
 ///
 /// The first of them is the deepest. Each further one is the farthest from those before it and from the lines between
-/// them, in position, normal and depth: a plate keeps its corners, a box in the corner of a room touches floor and walls,
-/// and a point between two others, which carries nothing, is left out. A point counts less the larger its distance is. A
+/// them, in position and depth: a plate keeps its corners, a box in the corner of a room touches floor and walls, and a
+/// point between two others, which carries nothing, is left out. A point counts less the larger its distance is. A
 /// point that the manifold would merge with an earlier one is left out, too.
 ///
 /// The points may come from any number of triangles: when there is no more room, the set is reduced to kKept of them in

@@ -193,7 +193,7 @@ void printHeader()
                 "max error", "hash");
 }
 
-void printRow(const Json& row)
+void printNarrowRow(const Json& row)
 {
     const auto number = [&row](const char* key)
     { return row[key].is_null() ? -1.0 : row[key].get<double>(); };
@@ -219,7 +219,7 @@ void runCase(const Case& c, ResultFile& file)
     for (NarrowRunner& runner : runners)
     {
         Json row = makeRow(c, runners, runner, check);
-        printRow(row);
+        printNarrowRow(row);
         file.addRow(std::move(row));
     }
 }
@@ -273,7 +273,7 @@ void addMeans(ResultFile& file)
                                    "iterations", "supports", "max_error"})
             row[column] = nullptr;
         row["shapes"] = mean.shapes;
-        printRow(row);
+        printNarrowRow(row);
         file.addRow(std::move(row));
     }
 }
