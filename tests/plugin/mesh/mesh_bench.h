@@ -47,6 +47,7 @@ public:
     /// step() with a manifold that had no points.
     const btPersistentManifold& stepFromNothing(const btTransform& convexAt, const btTransform& meshAt);
 
+    const btPersistentManifold& manifold() { return *m_dispatcher.getManifoldByIndexInternal(0); }
     btCollisionDispatcher& dispatcher() { return m_dispatcher; }
     IsaGjkRegistration& isaGjk() { return m_isaGjk; }
     btCollisionAlgorithm& algorithm() { return *m_algorithm; }
