@@ -40,7 +40,8 @@ constexpr Picture kPictures[] = {
     {"static", 3000, 5},  {"planet", 500, 5},    {"stampede", 12, 30},     {"soft", 12, 30},
     {"crowd", 60, 60},    {"file", 0, 5},        {"robots", 9, 30},        {"compounds", 27, 30},
     {"terrain", 60, 60},  {"free-hulls", 64, 2}, {"convex-mesh", 100, 60}, {"pyramid", 66, 10},
-    {"ragdolls", 44, 30}, {"statics", 16, 40},
+    {"ragdolls", 44, 30}, {"statics", 16, 40},   {"city", 16, 80},         {"needles", 25, 34},
+    {"slide", 6, 20},
 };
 
 /// Saves a few bricks of the scene "wall" as Bullet does, for the scene "file".
