@@ -116,6 +116,17 @@ std::array<float, 3> toFloat(const Eigen::Vector3d& v)
     return {static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2])};
 }
 
+/// Shapes of the application may name all triangles alike.
+bool areSame(const TriangleBatch::Triangle& a, const TriangleBatch::Triangle& b)
+{
+    const auto areAt = [&](int c)
+    {
+        const btVector3 &p = a.corners[c], &q = b.corners[c];
+        return p.x() == q.x() && p.y() == q.y() && p.z() == q.z();
+    };
+    return a.index == b.index && a.part == b.part && areAt(0) && areAt(1) && areAt(2);
+}
+
 /// Puts a direction of any length into a cache.
 void rememberDirection(const Eigen::Vector3d& direction, GjkCache<btScalar>& cache)
 {
@@ -203,6 +214,7 @@ void TrianglePass::processTriangle(btVector3* corners, int part, int index)
         // No triangle is lost; edges are those of Bullet.
         m_reading = Reading::Batch;
         readCandidates();
+        m_query.candidates.clear();
         addToBatch(corners, part, index);
     }
 }
@@ -229,8 +241,7 @@ bool TrianglePass::correct(const TriangleSearch::Corners& corners, const Triangl
 {
     const std::vector<TriangleBatch::Triangle>& all = m_query.candidates;
     // Triangles come in the order of the candidates.
-    while (m_candidate < all.size() &&
-           (all[m_candidate].index != triangle.index || all[m_candidate].part != triangle.part))
+    while (m_candidate < all.size() && !areSame(all[m_candidate], triangle))
         ++m_candidate;
     if (m_candidate == all.size())
         return true;

@@ -84,6 +84,64 @@ TEST_F(MeshEdges, GiveNormalsOfFlatMeshOnlyWhenTheyAreCorrected)
     EXPECT_TRUE(isTiltedWithout);
 }
 
+/// Names all triangles alike.
+struct Nameless final : btConcaveShape
+{
+    explicit Nameless(const btConcaveShape& named) : m_named(named)
+    {
+        m_shapeType = FAST_CONCAVE_MESH_PROXYTYPE;
+    }
+    void processAllTriangles(btTriangleCallback* callback, const btVector3& low,
+                             const btVector3& high) const override
+    {
+        struct Rename : btTriangleCallback
+        {
+            void processTriangle(btVector3* corners, int, int) override
+            {
+                callback->processTriangle(corners, 0, 0);
+            }
+            btTriangleCallback* callback;
+        } rename;
+        rename.callback = callback;
+        m_named.processAllTriangles(&rename, low, high);
+    }
+    void getAabb(const btTransform& at, btVector3& low, btVector3& high) const override
+    {
+        m_named.getAabb(at, low, high);
+    }
+    void setLocalScaling(const btVector3&) override {}
+    const btVector3& getLocalScaling() const override { return m_named.getLocalScaling(); }
+    void calculateLocalInertia(btScalar, btVector3& inertia) const override { inertia.setZero(); }
+    const char* getName() const override { return "Nameless"; }
+
+    const btConcaveShape& m_named;
+};
+
+TEST_F(MeshEdges, AreCorrectedWhereAllTrianglesHaveOneName)
+{
+    Nameless nameless(*shape);
+    nameless.setMargin(shape->getMargin());
+    std::uniform_real_distribution<double> place(-3, 3);
+    int points = 0;
+    for (const auto& body : bodies)
+    {
+        MeshBench named(Loop::Ours, *body, *shape, false, withActiveEdges());
+        MeshBench other(Loop::Ours, *body, nameless, false, withActiveEdges());
+        for (int i = 0; i < 100; ++i)
+        {
+            const double x = place(engine), z = place(engine);
+            const btTransform at(btQuaternion::getIdentity(), vec(x, 0.49, z));
+            const btPersistentManifold& right = named.stepFromNothing(at, btTransform::getIdentity());
+            const btPersistentManifold& found = other.stepFromNothing(at, btTransform::getIdentity());
+            ASSERT_EQ(found.getNumContacts(), right.getNumContacts());
+            for (int k = 0; k < found.getNumContacts(); ++k)
+                EXPECT_EQ(found.getContactPoint(k).m_distance1, right.getContactPoint(k).m_distance1);
+            points += found.getNumContacts();
+        }
+    }
+    EXPECT_GT(points, 200);
+}
+
 TEST_F(MeshEdges, AreLeftToBulletsUtilityWhereTheApplicationUsesIt)
 {
     btTriangleInfoMap map;
