@@ -3,13 +3,11 @@
 #include "cullet/plugin/mesh/triangle_source.h"
 
 #include "cullet/plugin/core/dynamic_type.h"
+#include "cullet/plugin/core/mesh_part.h"
 
 #include <BulletCollision/CollisionShapes/btBvhTriangleMeshShape.h>
 #include <BulletCollision/CollisionShapes/btMultimaterialTriangleMeshShape.h>
 #include <BulletCollision/CollisionShapes/btScaledBvhTriangleMeshShape.h>
-#include <BulletCollision/CollisionShapes/btStridingMeshInterface.h>
-
-#include <cstdint>
 
 namespace cullet
 {
@@ -17,7 +15,7 @@ inline namespace CULLET_PRECISION
 {
 namespace
 {
-/// The arrays of one part of a mesh while they are locked.
+/// One part of a mesh while its arrays are locked.
 class LockedPart
 {
 public:
@@ -26,65 +24,28 @@ public:
     LockedPart(const LockedPart&) = delete;
     LockedPart& operator=(const LockedPart&) = delete;
 
-    void lock(int part)
+    void lock(int index)
     {
-        if (m_part == part)
+        if (m_index == index)
             return;
         unlock();
-        m_mesh.getLockedReadOnlyVertexIndexBase(&m_vertices, m_vertexCount, m_type, m_vertexStride,
-                                                &m_indices, m_indexStride, m_triangleCount, m_indexType,
-                                                part);
-        m_part = part;
+        m_part = MeshPart::lock(m_mesh, index);
+        m_index = index;
     }
 
-    /// The corners of a triangle of the locked part, times the mesh's scale.
-    void read(int triangle, btVector3 (&corners)[3]) const
-    {
-        const btVector3& scale = m_mesh.getScaling();
-        const unsigned char* const at = m_indices + triangle * m_indexStride;
-        for (int i = 0; i < 3; ++i)
-            corners[i] = vertex(indexAt(at, i)) * scale;
-    }
+    void read(int triangle, btVector3* corners) const { m_part.read(triangle, m_mesh.getScaling(), corners); }
 
 private:
     void unlock()
     {
-        if (m_part >= 0)
-            m_mesh.unLockReadOnlyVertexBase(m_part);
-        m_part = -1;
-    }
-
-    int indexAt(const unsigned char* triangle, int i) const
-    {
-        switch (m_indexType)
-        {
-            case PHY_SHORT:
-                return reinterpret_cast<const std::uint16_t*>(triangle)[i];
-            case PHY_UCHAR:
-                return triangle[i];
-            default:
-                return reinterpret_cast<const int*>(triangle)[i];
-        }
-    }
-
-    btVector3 vertex(int index) const
-    {
-        const unsigned char* const at = m_vertices + index * m_vertexStride;
-        return m_type == PHY_FLOAT ? read(reinterpret_cast<const float*>(at))
-                                   : read(reinterpret_cast<const double*>(at));
-    }
-
-    template <class Number>
-    static btVector3 read(const Number* v)
-    {
-        return btVector3(btScalar(v[0]), btScalar(v[1]), btScalar(v[2]));
+        if (m_index >= 0)
+            m_mesh.unLockReadOnlyVertexBase(m_index);
+        m_index = -1;
     }
 
     const btStridingMeshInterface& m_mesh;
-    int m_part = -1;  ///< locked; -1: none
-    const unsigned char *m_vertices = nullptr, *m_indices = nullptr;
-    int m_vertexCount = 0, m_vertexStride = 0, m_indexStride = 0, m_triangleCount = 0;
-    PHY_ScalarType m_type = PHY_FLOAT, m_indexType = PHY_INTEGER;
+    int m_index = -1;  ///< of the locked part; -1: none
+    MeshPart m_part;
 };
 
 /// Reads the triangles at the leaves of Bullet's tree.

@@ -6,54 +6,16 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <cstring>
 
 namespace cullet
 {
 inline namespace CULLET_PRECISION
 {
-namespace
-{
-template <class T>
-T valueAt(const unsigned char* place)
-{
-    T value;
-    std::memcpy(&value, place, sizeof(value));
-    return value;
-}
-
-std::ptrdiff_t indexAt(const unsigned char* indices, PHY_ScalarType type, int corner)
-{
-    switch (type)
-    {
-        case PHY_INTEGER:
-            return valueAt<std::uint32_t>(indices + 4 * corner);
-        case PHY_SHORT:
-            return valueAt<std::uint16_t>(indices + 2 * corner);
-        default:
-            return indices[corner];
-    }
-}
-
-/// Rounds to btScalar before it scales, or not at all, as Bullet does.
-template <class T>
-btVector3 scaledVertex(const unsigned char* place, const btVector3& scaling)
-{
-    return btVector3(static_cast<btScalar>(valueAt<T>(place)) * scaling.x(),
-                     static_cast<btScalar>(valueAt<T>(place + sizeof(T))) * scaling.y(),
-                     static_cast<btScalar>(valueAt<T>(place + 2 * sizeof(T))) * scaling.z());
-}
-}  // namespace
-
 MeshArrays::Part MeshArrays::readPart(const btStridingMeshInterface& mesh, int index)
 {
-    Part part;
-    mesh.getLockedReadOnlyVertexIndexBase(&part.vertices, part.vertexCount, part.vertexType,
-                                          part.vertexStride, &part.indices, part.indexStride,
-                                          part.triangleCount, part.indexType, index);
+    Part part = {MeshPart::lock(mesh, index)};
     mesh.unLockReadOnlyVertexBase(index);
     part.triangleCount = std::max(part.triangleCount, 0);
-    part.first = 0;
     return part;
 }
 
@@ -104,16 +66,7 @@ std::uint64_t MeshArrays::triangleCount() const noexcept
 
 void MeshArrays::read(TriangleName name, btVector3* corners) const
 {
-    const Part& part = m_parts[static_cast<std::size_t>(name.part)];
-    const unsigned char* const indices =
-        part.indices + static_cast<std::ptrdiff_t>(name.index) * part.indexStride;
-    for (int corner = 0; corner < 3; ++corner)
-    {
-        const unsigned char* const place =
-            part.vertices + indexAt(indices, part.indexType, corner) * part.vertexStride;
-        corners[corner] = part.vertexType == PHY_FLOAT ? scaledVertex<float>(place, m_scaling)
-                                                       : scaledVertex<double>(place, m_scaling);
-    }
+    m_parts[static_cast<std::size_t>(name.part)].read(name.index, m_scaling, corners);
 }
 
 std::uint64_t MeshArrays::bytes() const noexcept

@@ -2,9 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "cullet/plugin/core/precision.h"
-
-#include <BulletCollision/CollisionShapes/btStridingMeshInterface.h>
+#include "cullet/plugin/core/mesh_part.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -70,13 +68,9 @@ public:
     std::uint64_t bytes() const noexcept;
 
 private:
-    struct Part
+    struct Part : MeshPart
     {
-        const unsigned char* vertices;
-        const unsigned char* indices;
-        int vertexCount, vertexStride, indexStride, triangleCount;
-        PHY_ScalarType vertexType, indexType;
-        std::uint32_t first;  ///< number of its first triangle
+        std::uint32_t first = 0;  ///< number of its first triangle
     };
 
     static Part readPart(const btStridingMeshInterface& mesh, int index);
