@@ -112,7 +112,7 @@ room(plugin/pair_sync MAY base base/threads broad broad/boxes broad/queries plug
 room(plugin/shapes MAY base narrow/math narrow/hull narrow/build narrow/gjk plugin/core)
 room(plugin/contact MAY base narrow/math narrow/box narrow/hull plugin/core plugin/shapes)
 room(plugin/convex MAY base base/threads broad narrow/math narrow/box narrow/hull narrow/gjk narrow/epa plugin/core plugin/shapes plugin/contact)
-room(plugin/mesh MAY narrow/hull narrow/gjk plugin/core plugin/shapes plugin/contact plugin/convex)
+room(plugin/mesh MAY narrow/math narrow/hull narrow/gjk plugin/core plugin/shapes plugin/contact plugin/convex)
 room(plugin/queries MAY base base/threads mid plugin/core)
 room(plugin/step MAY broad plugin/core)
 room(plugin MAY base base/threads broad broad/queries cuda plugin/core plugin/pair_cache plugin/proxies plugin/pair_sync plugin/shapes

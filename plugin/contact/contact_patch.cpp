@@ -475,6 +475,12 @@ ContactPatch makeContactPatch(const PosedShape& a, const PosedShape& b, const To
 {
     if (limits.most == 1 || isTouchAlone(a, b, touch, limits.distance))
         return {{{{btVector3(0, 0, 0), static_cast<btScalar>(touch.distance)}}}, 1};
+    return makeWidePatch(a, b, touch, limits, fans);
+}
+
+ContactPatch makeWidePatch(const PosedShape& a, const PosedShape& b, const Touch& touch,
+                           const PatchLimits& limits, const PatchFans& fans)
+{
     ContactFrame frame(touch.normal);
     PatchBuilder builder(touch, frame, limits);
     const PatchSide sideA = {a, ContactFace(a, -touch.normal, touch.vertexA, fans.a), -touch.onB};

@@ -95,5 +95,9 @@ bool isTouchAlone(const PosedShape& a, const PosedShape& b, const Touch& touch, 
 /// @param fans faces around the touch's vertices, for hulls without a graph
 ContactPatch makeContactPatch(const PosedShape& a, const PosedShape& b, const Touch& touch,
                               const PatchLimits& limits, const PatchFans& fans = {});
+
+/// makeContactPatch() for more than one point and a touch that is not alone; see isTouchAlone().
+ContactPatch makeWidePatch(const PosedShape& a, const PosedShape& b, const Touch& touch,
+                           const PatchLimits& limits, const PatchFans& fans);
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

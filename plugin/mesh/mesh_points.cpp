@@ -38,15 +38,16 @@ double distance2ToLine(const Feature& point, const Feature& from, const Feature&
 class MeshPoints::Selection
 {
 public:
-    Selection(const MeshPoints& points, int first) : m_set(points), m_count(points.m_count)
+    Selection(const MeshPoints& points, int first)
+        : m_set(points), m_merge2(points.m_threshold * points.m_threshold), m_count(points.m_count)
     {
-        const double range = m_set.m_limit - m_set[first].distance;
+        const double range = m_set.m_threshold - m_set[first].distance;
         for (int i = 0; i < m_count; ++i)
         {
             const MeshPoint& point = m_set[i];
             Row& row = m_rows[static_cast<std::size_t>(i)];
             row.feature << point.place, kDepthScale * point.distance;
-            row.weight = range > 0.0 ? (m_set.m_limit - point.distance) / range : 1.0;
+            row.weight = range > 0.0 ? (m_set.m_threshold - point.distance) / range : 1.0;
             m_order[static_cast<std::size_t>(i)] = i;
         }
         exchange(first, 0);
@@ -64,7 +65,7 @@ public:
         {
             const Row& row = rowAt(i);
             const double score = row.weight * row.away2;
-            if (row.away2 > kBetween * kBetween * m_set.m_merge2 && score > highest * (1.0 + kBetter))
+            if (row.away2 > kBetween * kBetween * m_merge2 && score > highest * (1.0 + kBetter))
             {
                 best = i;
                 highest = score;
@@ -101,7 +102,7 @@ private:
         const Feature& feature = rowAt(last).feature;
         for (int i = m_count - 1; i >= m_selected; --i)
         {
-            if ((point(i).place - point(last).place).squaredNorm() <= m_set.m_merge2)
+            if ((point(i).place - point(last).place).squaredNorm() <= m_merge2)
             {
                 exchange(i, --m_count);
                 continue;
@@ -115,6 +116,7 @@ private:
     }
 
     const MeshPoints& m_set;
+    const double m_merge2;  ///< square of the distance below which the manifold merges points
     int m_count, m_selected = 1;
     std::array<int, kRoom> m_order;
     std::array<Row, kRoom> m_rows;
@@ -127,7 +129,7 @@ int MeshPoints::deepest() const
     for (int i = 1; i < m_count; ++i)
     {
         const double depth = (*this)[found].distance;
-        if ((*this)[i].distance < depth - 1e-3 * (m_limit - depth))
+        if ((*this)[i].distance < depth - 1e-3 * (m_threshold - depth))
             found = i;
     }
     return found;

@@ -36,11 +36,9 @@ struct MeshPoint
 class MeshPoints
 {
 public:
-    /// @param limit    distance of the shapes, margins included, from which there are no points
-    /// @param mergeDistance the manifold merges points closer than this
-    MeshPoints(double limit, double mergeDistance) : m_limit(limit), m_merge2(mergeDistance * mergeDistance)
-    {
-    }
+    /// @param breakingThreshold of the manifold: the distance of the shapes, margins included, from which there are no
+    ///                          points, and the distance of two points below which it merges them
+    explicit MeshPoints(double breakingThreshold) : m_threshold(breakingThreshold) {}
 
     static constexpr int kKept = 6;
 
@@ -66,7 +64,7 @@ private:
 
     int deepest() const;
 
-    double m_limit, m_merge2;
+    double m_threshold;
     std::array<MeshPoint, kRoom> m_points;
     int m_count = 0;
 };

@@ -151,8 +151,8 @@ TrianglePass::TrianglePass(IsaGjkRegistration& isaGjk, MeshQuery& query,
       m_limits{marginOfMesh(m_side, mesh), query.manifold.getContactBreakingThreshold()},
       m_showsEveryPoint(showsEveryPoint()),
       m_reading(correctsEdges() ? Reading::Candidates : Reading::Batch),
-      m_touches(double(m_limits.breakingThreshold), double(m_limits.breakingThreshold)),
-      m_points(double(m_limits.breakingThreshold), double(m_limits.breakingThreshold))
+      m_touches(double(m_limits.breakingThreshold)),
+      m_points(double(m_limits.breakingThreshold))
 {
 }
 

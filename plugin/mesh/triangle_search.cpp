@@ -2,7 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #include "cullet/plugin/mesh/triangle_search.h"
 
-#include <algorithm>
+#include "cullet/narrow/math/simplex.h"
+
 #include <limits>
 
 namespace cullet
@@ -13,34 +14,6 @@ namespace
 {
 /// Times the limit of a sphere's contacts: closer to its centre, a point of a triangle gives no direction.
 constexpr double kOnTriangle = 1e-6;
-
-Eigen::Vector3d closestOnSegment(const Eigen::Vector3d& from, const Eigen::Vector3d& to)
-{
-    const Eigen::Vector3d way = to - from;
-    const double length2 = way.squaredNorm();
-    const double part = length2 > 0.0 ? std::clamp(-way.dot(from) / length2, 0.0, 1.0) : 0.0;
-    return from + part * way;
-}
-
-/// The point of a triangle that is closest to the origin.
-Eigen::Vector3d closestToOrigin(const Eigen::Vector3d (&corners)[3])
-{
-    const Eigen::Vector3d normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
-    Eigen::Vector3d closest = corners[0];
-    bool isOver = normal.squaredNorm() > 0.0;
-    for (int i = 0; i < 3; ++i)
-    {
-        const Eigen::Vector3d &a = corners[i], &b = corners[(i + 1) % 3];
-        if (normal.dot(b.cross(a)) < 0.0)
-            continue;
-        // The origin is not on the inner side of this edge.
-        isOver = false;
-        const Eigen::Vector3d onEdge = closestOnSegment(a, b);
-        if (onEdge.squaredNorm() < closest.squaredNorm())
-            closest = onEdge;
-    }
-    return isOver ? Eigen::Vector3d(normal * (normal.dot(corners[0]) / normal.squaredNorm())) : closest;
-}
 
 /// Whether a point in the plane of a triangle is in it.
 bool isOver(const Eigen::Vector3d (&corners)[3], const Eigen::Vector3d& point)
@@ -166,7 +139,8 @@ ContactSearchResult TriangleSearch::searchFromCore(const Corners& corners, GjkCa
 /// The core of a sphere is the origin of the frame. Nothing is worth remembering.
 ContactSearchResult TriangleSearch::searchFromPoint(const Corners& corners)
 {
-    const Eigen::Vector3d closest = closestToOrigin(corners);
+    const Eigen::Vector3d closest =
+        closestOnSimplex({corners[0], corners[1], corners[2], Eigen::Vector3d::Zero()}, 3).point;
     const double distance = closest.norm();
     if (distance > double(m_limit))
         return {GjkState::Separated, false};

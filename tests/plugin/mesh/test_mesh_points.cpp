@@ -12,7 +12,7 @@ namespace cullet::test
 {
 namespace
 {
-constexpr double kLimit = 0.02, kMerge = 0.02;
+constexpr double kThreshold = 0.02;
 
 MeshPoint pointAt(double x, double y, double z, double distance = 0.0,
                   const Eigen::Vector3d& normal = Eigen::Vector3d::UnitY())
@@ -32,7 +32,7 @@ bool has(const MeshPoints& points, double x, double z)
 
 TEST(MeshPoints, KeepCornersOfPlateOnManyTriangles)
 {
-    MeshPoints points(kLimit, kMerge);
+    MeshPoints points(kThreshold);
     for (int i = 0; i <= 40; ++i)
     {
         for (int j = 0; j <= 40; ++j)
@@ -54,7 +54,7 @@ TEST(MeshPoints, KeepDeepestOfThousands)
     std::uniform_real_distribution<double> place(-1, 1), depth(-0.05, 0.01);
     for (int round = 0; round < 20; ++round)
     {
-        MeshPoints points(kLimit, kMerge);
+        MeshPoints points(kThreshold);
         double deepest = 1;
         for (int i = 0; i < 3000; ++i)
         {
@@ -71,7 +71,7 @@ TEST(MeshPoints, KeepDeepestOfThousands)
 
 TEST(MeshPoints, KeepFloorAndBothWallsInCornerOfRoom)
 {
-    MeshPoints points(kLimit, kMerge);
+    MeshPoints points(kThreshold);
     const Eigen::Vector3d up = Eigen::Vector3d::UnitY(), x = Eigen::Vector3d::UnitX(),
                           z = Eigen::Vector3d::UnitZ();
     for (const double a : {-0.5, 0.5})
@@ -98,7 +98,7 @@ TEST(MeshPoints, LeaveOutPointsBetweenOthersUnlessTheyAreDeeper)
 {
     for (const double depth : {0.0, 0.01})
     {
-        MeshPoints points(kLimit, kMerge);
+        MeshPoints points(kThreshold);
         points.add(pointAt(-0.5, 0, 0));
         points.add(pointAt(0.1, 0, 0, -depth));
         points.add(pointAt(0.5, 0, 0));
@@ -109,18 +109,18 @@ TEST(MeshPoints, LeaveOutPointsBetweenOthersUnlessTheyAreDeeper)
 
 TEST(MeshPoints, LeaveOutWhatTheManifoldWouldMerge)
 {
-    MeshPoints points(kLimit, kMerge);
+    MeshPoints points(kThreshold);
     points.add(pointAt(0, 0, 0));
-    points.add(pointAt(0.5 * kMerge, 0, 0));
-    points.add(pointAt(0, 0, 1.5 * kMerge));
+    points.add(pointAt(0.5 * kThreshold, 0, 0));
+    points.add(pointAt(0, 0, 1.5 * kThreshold));
     points.reduce(4);
     EXPECT_EQ(points.count(), 2);
-    EXPECT_TRUE(has(points, 0, 1.5 * kMerge));
+    EXPECT_TRUE(has(points, 0, 1.5 * kThreshold));
 }
 
 TEST(MeshPoints, PreferDeepPointsToShallowOnesOfEqualSpread)
 {
-    MeshPoints points(kLimit, kMerge);
+    MeshPoints points(kThreshold);
     points.add(pointAt(0, 0, 0, -0.01));
     points.add(pointAt(-0.5, 0, 0, 0.019));
     points.add(pointAt(0.5, 0, 0, 0.0));
