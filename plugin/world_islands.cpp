@@ -4,6 +4,8 @@
 
 #include "cullet/base/threads/parallel_loops.h"
 #include "cullet/plugin/core/dynamic_type.h"
+#include "cullet/plugin/solver.h"
+#include "cullet/plugin/solver/solver_tasks.h"
 #include "cullet/plugin/step/bullet_joints.h"
 #include "cullet/plugin/step/island_groups.h"
 #include "cullet/plugin/step/island_search.h"
@@ -36,6 +38,7 @@ struct WorldIslands::Parts
     void collectGroups();
     double parallelWork() const;
     void solveOnThreads(const Step& step);
+    void solveByOwn(Solver& solver, const Step& step);
     void runTasks(const Step& step);
     void solveGroup(btConstraintSolver& solver, const Step& step, const IslandGroup& group);
 
@@ -136,7 +139,9 @@ bool WorldIslands::Parts::solve(const Step& step)
     step.solver.prepareSolve(step.world.getNumCollisionObjects(),
                              step.world.getDispatcher()->getNumManifolds());
     islands.build(step.world, step.manager, step.sortedJoints, step.info.m_minimumSolverBatchSize);
-    if (stats.serial == SerialIslands::No)
+    if (isExactly<Solver>(step.solver))
+        solveByOwn(static_cast<Solver&>(step.solver), step);
+    else if (stats.serial == SerialIslands::No)
         solveOnThreads(step);
     else
         solveOneByOne(step);
@@ -148,12 +153,14 @@ bool WorldIslands::Parts::solve(const Step& step)
 void WorldIslands::Parts::reserve(const Step& step)
 {
     islands.reserve(step.world, step.manager, static_cast<std::size_t>(step.joints.size()));
-    if (stats.serial != SerialIslands::No)
+    if (stats.serial != SerialIslands::No && stats.serial != SerialIslands::OwnSolver)
         return;
     const auto mostGroups = static_cast<std::size_t>(step.manager.getUnionFind().getNumElements()) + 1;
     groups.clear();
     groups.reserve(mostGroups);
     tasks.reserve(mostGroups, islands.mostSharedThings());
+    if (stats.serial == SerialIslands::OwnSolver)
+        return;
     if (solvers.size() == workers->threads())
         return;
     // Its first region allocates too.
@@ -166,6 +173,8 @@ SerialIslands WorldIslands::Parts::reasonAgainst(const Step& step) const
 {
     if (!step.manager.getSplitIslands())
         return SerialIslands::NotSplit;
+    if (isExactly<Solver>(step.solver))
+        return SerialIslands::OwnSolver;
     if (workers->threads() == 1)
         return SerialIslands::FewThreads;
     if (!isExactly<btSequentialImpulseConstraintSolver>(step.solver))
@@ -222,6 +231,19 @@ void WorldIslands::Parts::solveOnThreads(const Step& step)
         solvers.clear();
         throw;
     }
+}
+
+/// Gives all groups to a solver that divides them among threads of its own.
+void WorldIslands::Parts::solveByOwn(Solver& solver, const Step& step)
+{
+    BT_PROFILE("processIslands");
+    for (IslandGroup group; islands.next(group);)
+        groups.push_back(group);
+    stats.groups = static_cast<std::uint32_t>(groups.size());
+    tasks.build(islands, groups, step.info.m_numIterations);
+    stats.sharingGroups = tasks.sharingGroups();
+    stats.tasks = tasks.tasks();
+    solver.solveTasks({islands, groups, tasks, step.info, step.debugDrawer, step.world.getDispatcher()});
 }
 
 /// The work for which threads pay: no more of them than make the longest task the last one.

@@ -26,10 +26,11 @@ inline namespace CULLET_PRECISION
 /// Why the calling thread solved all islands of a step.
 enum class SerialIslands : std::uint8_t
 {
-    No,             ///< several threads solved them
-    FewThreads,     ///< one thread is allowed
-    LittleWork,     ///< too little work for a second thread, or nearly all of it in one task
-    NotSplit,       ///< setSplitIslands(false): Base solves all bodies together
+    No,          ///< several threads solved them
+    FewThreads,  ///< one thread is allowed
+    LittleWork,  ///< too little work for a second thread, or nearly all of it in one task
+    NotSplit,    ///< setSplitIslands(false): Base solves all bodies together
+    OwnSolver,   ///< they did not: a cullet::Solver divides the work among threads of its own (SolverStats)
     ForeignSolver,  ///< the solver is not exactly a btSequentialImpulseConstraintSolver
     ForeignRows,    ///< it has row functions of the application (setConstraintRowSolverGeneric)
     RandomOrder,    ///< SOLVER_RANDMIZE_ORDER: one sequence of random numbers runs through all islands

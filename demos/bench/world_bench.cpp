@@ -65,7 +65,7 @@ std::string promiseOf(const WorldOptions& options, const WorldRunner& runner, co
     const WorldScene& world = *runner.world;
     const std::string broad = world.broadphase().cullet != nullptr ? "cullet" : world.broadphase().name;
     return options.scene + ", " + window.name + ", broad phase " + broad + ", narrow phase " +
-           world.options().narrow;
+           world.options().narrow + ", solver " + world.options().solver;
 }
 
 void requireExactPairs(const WorldRunner& runner)

@@ -52,6 +52,7 @@ WorldSceneOptions WorldParts::options(const WorldSceneOptions& scene, int thread
     result.backend = backend;
     result.narrow = narrow;
     result.update = update;
+    result.solver = solver;
     result.isMt = isMt;
     result.threads = threads;
     return result;
@@ -73,6 +74,21 @@ std::vector<WorldParts> partsNamed(const std::vector<std::string>& names, const 
     return result;
 }
 
+std::vector<WorldParts> withSolvers(const std::vector<WorldParts>& worlds,
+                                    const std::vector<std::string>& solvers)
+{
+    std::vector<WorldParts> result;
+    for (const WorldParts& world : worlds)
+    {
+        for (const std::string& solver : solvers)
+        {
+            result.push_back(world);
+            result.back().solver = solver;
+        }
+    }
+    return result;
+}
+
 std::vector<WorldParts> allCombinations(const std::vector<std::string>& backends,
                                         const std::vector<std::string>& narrow,
                                         const std::vector<std::string>& updates)
@@ -83,7 +99,7 @@ std::vector<WorldParts> allCombinations(const std::vector<std::string>& backends
         for (const std::string& phase : narrow)
         {
             for (const std::string& update : updates)
-                result.push_back({"", backend, phase, update});
+                result.push_back({"", backend, phase, update, "bullet"});
         }
     }
     return result;

@@ -18,6 +18,7 @@ struct WorldParts
     std::string backend = "dbvt";
     std::string narrow = "bullet";
     std::string update = "bullet";
+    std::string solver = "bullet";
     bool isMt = false;
 
     WorldSceneOptions options(const WorldSceneOptions& scene, int threads) const;
@@ -31,6 +32,10 @@ struct WorldParts
 /// @param backend cullet's broad phase
 /// @throws ProgramError (kExitUsage) for an unknown name, (kExitUnavailable) if nothing remains
 std::vector<WorldParts> partsNamed(const std::vector<std::string>& names, const std::string& backend);
+
+/// Each of the worlds with each of the solvers.
+std::vector<WorldParts> withSolvers(const std::vector<WorldParts>& worlds,
+                                    const std::vector<std::string>& solvers);
 
 /// Each backend with each narrow phase and each update of the boxes, without names.
 std::vector<WorldParts> allCombinations(const std::vector<std::string>& backends,

@@ -42,7 +42,8 @@ Json makeRow(const WorldOptions& options, const WorldRunner& runner, std::size_t
             {"depth_p99_mm", kMillimetres * state.quality.p99Depth},
             {"depth_max_mm", kMillimetres * state.quality.maxDepth},
             {"energy_j", state.quality.energy},
-            {"sleepers", state.quality.sleepers}};
+            {"sleepers", state.quality.sleepers},
+            {"solver", world.options().solver}};
 }
 
 void printHeadOf(const WorldOptions& options, const StepWindow& window)
@@ -72,6 +73,8 @@ std::string titleOf(const WorldOptions& options, const WorldParts& parts, const 
     std::string title = parts.name;
     if (title.empty())
         title = parts.backend + ", narrow " + parts.narrow + ", update " + parts.update;
+    if (parts.solver != "bullet")
+        title += ", solver " + parts.solver;
     if (!parts.name.empty() || options.threads.size() > 1)
         title += ", " + std::to_string(world.threads()) + (world.threads() == 1 ? " thread" : " threads");
     return title;

@@ -26,6 +26,7 @@ struct WorldCommand
     WorldOptions options;
     std::vector<std::string> parts;  ///< empty: backends, narrow and updates say it
     std::vector<std::string> backends, narrow = {"bullet"}, updates = {"bullet"};
+    std::vector<std::string> solvers = {"bullet"};
     std::uint32_t steps = 200;
     std::vector<std::string> windows = {"falling", "settled"};
     std::string falling, settled, sleeping;  ///< "FIRST:END"; empty: by the number of steps
@@ -106,25 +107,14 @@ std::vector<std::string> scenesOf(const std::string& list)
 Json toJson(const WorldCommand& command)
 {
     const WorldSceneOptions& world = command.scene.world;
-    return {{"command", "bench world"},
-            {"scene", command.scene.scene},
-            {"bodies", world.bodies},
-            {"steps", command.steps},
-            {"windows", command.windows},
-            {"falling", command.falling},
-            {"settled", command.settled},
-            {"sleeping", command.sleeping},
-            {"parts", command.parts},
-            {"backend", command.backends},
-            {"narrow", command.narrow},
-            {"update", command.updates},
-            {"threads", command.options.threads},
-            {"seed", world.seed},
-            {"dt", command.scene.dt},
-            {"mesh", command.scene.meshes},
-            {"file", world.file},
-            {"hull_points", world.hullPoints},
-            {"precision", ownPrecision()}};
+    return {
+        {"command", "bench world"},        {"scene", command.scene.scene},       {"bodies", world.bodies},
+        {"steps", command.steps},          {"windows", command.windows},         {"falling", command.falling},
+        {"settled", command.settled},      {"sleeping", command.sleeping},       {"parts", command.parts},
+        {"backend", command.backends},     {"narrow", command.narrow},           {"update", command.updates},
+        {"solver", command.solvers},       {"threads", command.options.threads}, {"seed", world.seed},
+        {"dt", command.scene.dt},          {"mesh", command.scene.meshes},       {"file", world.file},
+        {"hull_points", world.hullPoints}, {"precision", ownPrecision()}};
 }
 
 void runScenes(const WorldCommand& command, const std::vector<std::string>& scenes, ResultFile& file)
@@ -148,6 +138,7 @@ int benchWorld(WorldCommand command)
     const std::vector<std::string> scenes = scenesOf(command.scene.scene);
     setWindows(command);
     setParts(command);
+    command.options.parts = withSolvers(command.options.parts, command.solvers);
     ResultFile file(toJson(command), command.json, command.csv);
     std::optional<TraceFile> trace;
     command.options.trace = openTrace(trace, command.trace);
@@ -181,6 +172,10 @@ void addPartOptions(CLI::App& command, WorldCommand& options)
         ->capture_default_str()
         ->check(CLI::IsMember(boxUpdateNames()))
         ->excludes(parts);
+    command.add_option("--solver", options.solvers, "of constraints, one or several; each with each world")
+        ->delimiter(',')
+        ->capture_default_str()
+        ->check(CLI::IsMember(solverNames()));
     command.add_option("--threads", options.options.threads, "one or several numbers; 0: all cores")
         ->delimiter(',')
         ->capture_default_str()

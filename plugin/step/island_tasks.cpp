@@ -35,6 +35,7 @@ void IslandTasks::reserve(std::size_t groups, std::size_t sharedThings)
     m_workOfRoot.reserve(groups);
     m_items.reserve(groups);
     m_firstItem.reserve(groups + 1);
+    m_taskWork.reserve(groups);
 }
 
 void IslandTasks::build(const IslandGroups& islands, const std::vector<IslandGroup>& groups, int iterations)
@@ -103,6 +104,7 @@ void IslandTasks::addUpWork(const std::vector<IslandGroup>& groups, int iteratio
 void IslandTasks::cutTasks()
 {
     m_firstItem.assign(1, 0);
+    m_taskWork.clear();
     m_sharingGroups = 0;
     double work = 0;
     for (std::size_t i = 0, end = 0; i < m_items.size(); i = end)
@@ -115,6 +117,7 @@ void IslandTasks::cutTasks()
         if (work < kLeastWork && end < m_items.size())
             continue;
         m_firstItem.push_back(end);
+        m_taskWork.push_back(work);
         work = 0;
     }
 }

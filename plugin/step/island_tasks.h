@@ -33,6 +33,8 @@ public:
             solve(m_items[i].group);
     }
 
+    /// Nanoseconds of one thread for a task.
+    double taskWork(unsigned task) const { return m_taskWork[task]; }
     /// Nanoseconds of one thread for all tasks.
     double work() const { return m_work; }
     /// Nanoseconds of one thread for the largest task, which no number of threads makes shorter.
@@ -59,6 +61,7 @@ private:
     std::vector<double> m_workOfRoot;      ///< [group]
     std::vector<Item> m_items;
     std::vector<std::size_t> m_firstItem;  ///< [task], and the end
+    std::vector<double> m_taskWork;        ///< [task]
     double m_work = 0;
     std::uint32_t m_sharingGroups = 0;
 };

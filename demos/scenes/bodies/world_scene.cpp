@@ -6,6 +6,7 @@
 #include "cullet/demos/scenes/bodies/mt_world.h"
 #include "cullet/demos/scenes/bodies/parallel_world.h"
 #include "cullet/plugin/convex_dispatcher.h"
+#include "cullet/plugin/solver.h"
 
 #include <BulletCollision/CollisionDispatch/btGhostObject.h>
 
@@ -37,6 +38,22 @@ std::unique_ptr<btCollisionDispatcher> makeDispatcher(const WorldSceneOptions& o
     else if (options.narrow != "bullet")
         throw ProgramError(kExitUsage, "no narrow phase '" + options.narrow + "'");
     return dispatcher;
+}
+
+/// @param kind of the world, which has a solver class of its own if it is not rigidWorld()
+std::unique_ptr<btConstraintSolver> makeSolverFor(const WorldKind& kind, const WorldSceneOptions& options)
+{
+    if (options.solver == "bullet")
+        return kind.makeSolver();
+    if (&kind != &rigidWorld())
+        throw ProgramError(kExitUnavailable, "solver '" + options.solver + "': rigid bodies only");
+    SolverOptions own;
+    own.threads = options.threads;
+    if (options.solver == "cullet-soft")
+        own.model = SolverModel::Soft;
+    else if (options.solver != "cullet")
+        throw ProgramError(kExitUsage, "no solver '" + options.solver + "'");
+    return std::make_unique<Solver>(own);
 }
 
 std::unique_ptr<btDiscreteDynamicsWorld> makeWorld(const WorldKind& kind, const WorldSceneOptions& options,
@@ -72,6 +89,12 @@ const std::vector<std::string>& boxUpdateNames()
 const std::vector<std::string>& narrowPhaseNames()
 {
     static const std::vector<std::string> names = {"bullet", "isa-gjk", "dispatcher", "active-edges"};
+    return names;
+}
+
+const std::vector<std::string>& solverNames()
+{
+    static const std::vector<std::string> names = {"bullet", "cullet", "cullet-soft"};
     return names;
 }
 
@@ -112,7 +135,7 @@ WorldScene::WorldScene(std::string name, NamedBroadphase broadphase, const World
       m_broadphase(std::move(broadphase)),
       m_configuration(kindFor(kind, options).makeConfiguration()),
       m_dispatcher(makeDispatcher(options, *m_configuration)),
-      m_solver(kindFor(kind, options).makeSolver())
+      m_solver(makeSolverFor(kindFor(kind, options), options))
 {
     const MarginScope margin(m_broadphase.margin);
     m_world = makeWorld(kindFor(kind, options), options, *m_dispatcher, *m_broadphase.broadphase, *m_solver,
@@ -210,7 +233,7 @@ PhaseTimes WorldScene::step()
 int WorldScene::threads() const
 {
     const bool isSerial = m_broadphase.cullet == nullptr && m_options.narrow != "dispatcher" &&
-                          m_options.update == "bullet" && !m_options.isMt;
+                          m_options.update == "bullet" && m_options.solver == "bullet" && !m_options.isMt;
     if (isSerial)
         return 1;
     return m_options.threads > 0 ? m_options.threads : static_cast<int>(std::thread::hardware_concurrency());

@@ -30,6 +30,7 @@ struct WorldSceneOptions
     std::string narrow = "bullet";       ///< narrow phase: one of narrowPhaseNames()
     std::string backend = "auto";        ///< broad phase: one of broadphaseNames()
     std::string update = "bullet";       ///< update of the boxes: one of boxUpdateNames()
+    std::string solver = "bullet";       ///< of constraints: one of solverNames()
     bool isMt = false;                   ///< Bullet's own multithreaded world; narrow and update are ignored
     int threads = 0;                ///< of backend, narrow, update and isMt; 0: as many as the machine has
     std::vector<HullPoints> hulls;  ///< shapes for the scenes that take meshes
@@ -43,6 +44,9 @@ const std::vector<std::string>& narrowPhaseNames();
 
 /// "bullet"; "parallel": cullet::World.
 const std::vector<std::string>& boxUpdateNames();
+
+/// "bullet": that of the scene's world; "cullet": cullet::Solver; "cullet-soft": with SolverModel::Soft.
+const std::vector<std::string>& solverNames();
 
 /// The Bullet classes from which a scene is built.
 struct WorldKind

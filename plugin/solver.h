@@ -1,0 +1,109 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "cullet/broad/api.h"
+#include "cullet/plugin/core/precision.h"
+
+#include <BulletDynamics/ConstraintSolver/btSequentialImpulseConstraintSolver.h>
+
+#include <cstdint>
+#include <memory>
+
+namespace cullet
+{
+inline namespace CULLET_PRECISION
+{
+struct SolverTasks;
+
+/// How contacts behave.
+enum class SolverModel : std::uint8_t
+{
+    Bullet,  ///< as with Bullet's solver and the same parameters
+    Soft     ///< springs and dampers, solved in substeps: bodies come to rest
+};
+
+struct SolverOptions
+{
+    SolverModel model = SolverModel::Bullet;
+    /// Upper limit for the threads; fewer are used for little work. 0: as many as the machine has. Results never depend
+    /// on it.
+    int threads = 0;
+
+    /// @name SolverModel::Soft
+    ///@{
+    int substeps = 4;  ///< 1 to 64
+    btScalar contactFrequency =
+        30;  ///< of a contact between two bodies that move, 1 / s; twice that with one that does not
+    btScalar contactDamping = 10;  ///< as a multiple of critical damping
+    btScalar pushSpeed = 3;        ///< the most by which overlap separates bodies, m / s
+    ///@}
+};
+
+/// Why Bullet's solver solved a group.
+enum class SolverRefusal : std::uint8_t
+{
+    No,           ///< it did not
+    RandomOrder,  ///< SOLVER_RANDMIZE_ORDER
+    ForeignRows,  ///< row functions of the application (setConstraintRowSolverGeneric())
+    ForeignJoint,  ///< a joint of a class of the application, or one that solves itself (solveConstraintObsolete())
+    NoMemory  ///< no memory for the rows
+};
+
+/// Counters of the last solveGroup() or, in a World, the last step.
+struct SolverStats
+{
+    SolverRefusal refusal = SolverRefusal::No;  ///< of the last group that was refused
+    std::uint32_t groups = 0;
+    std::uint32_t refusedGroups = 0;  ///< those that Bullet's solver solved
+    std::uint32_t contacts = 0;       ///< manifolds with points, of the groups that were not refused
+    std::uint32_t joints = 0;         ///< enabled joints with rows
+    std::uint32_t serialConstraints =
+        0;  ///< contacts and joints of a body with more than 64 of them, beyond the first 64
+};
+
+/// Bullet's sequential impulse solver in SIMD registers and on all cores: `cullet::Solver solver;` instead of
+/// `btSequentialImpulseConstraintSolver solver;`.
+///
+/// Contacts and joints are divided into colours: no two of a colour move the same body. Those of a colour are solved
+/// eight at a time, and on several threads if they are many. Within a World<Base>, small islands are solved on
+/// different threads too. Velocities and places after a step depend on the bodies, manifolds and joints of an island and
+/// their order only: not on other islands, the number of threads or the instruction set.
+///
+/// Rows are those of btSequentialImpulseConstraintSolver 3.24, and so are their parameters in btContactSolverInfo, flags of
+/// points and bodies, feedback and breaking of joints, and impulses of points. What differs: the order of the rows, and
+/// that a contact's friction follows its normals at once, as with SOLVER_INTERLEAVE_CONTACT_AND_FRICTION_CONSTRAINTS. Groups
+/// that SolverRefusal names are left to Bullet's solver.
+///
+/// SolverModel::Soft solves contacts as springs in substeps, with two directions of friction, and then takes the velocity
+/// away that overlap caused (Catto, "Solver2D", 2024). m_erp2, m_sor, split impulse and the warm-starting factor do not
+/// concern it. Contacts with a stiffness, damping, softness or anchor of their own are solved as with SolverModel::Bullet,
+/// together with the rest of their group.
+///
+/// Threads: one step of one world at a time, as with Bullet's solver. Joints of Bullet's classes may be called on any thread.
+/// Errors: none of its own; without memory for its rows, Bullet's solver solves the group.
+class CULLET_API Solver : public btSequentialImpulseConstraintSolver
+{
+public:
+    explicit Solver(const SolverOptions& options = {});
+    ~Solver() override;
+
+    btScalar solveGroup(btCollisionObject** bodies, int bodyCount, btPersistentManifold** manifolds,
+                        int manifoldCount, btTypedConstraint** joints, int jointCount,
+                        const btContactSolverInfo& info, btIDebugDraw* debugDrawer,
+                        btDispatcher* dispatcher) override;
+
+    /// Solves all groups of a step. For World.
+    void solveTasks(const SolverTasks& tasks);
+
+    /// The options, with numbers out of range replaced.
+    const SolverOptions& options() const;
+    const SolverStats& stats() const;
+
+private:
+    struct Parts;
+
+    std::unique_ptr<Parts> m;
+};
+}  // namespace CULLET_PRECISION
+}  // namespace cullet

@@ -1,0 +1,71 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "cullet/plugin/solver/solver_rows.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace cullet
+{
+inline namespace CULLET_PRECISION
+{
+/// Constraints between pairs of bodies, by colour: no two of a colour move the same body, so that a colour is solved in
+/// any order, in lanes and on threads, with the same result.
+///
+/// Each constraint gets the first colour that its bodies do not have yet, in the order of the constraints. Those of a
+/// body with more than kColours come last, one after the other.
+class BlockPlan
+{
+public:
+    static constexpr int kColours = 64;
+    /// Kinds of constraints with most rows first; a colour's blocks contain those of a kind before the next kind's.
+    static constexpr int kKinds = 8;
+
+    struct Constraint
+    {
+        std::uint32_t a, b;  ///< the bodies that it moves; kFixedBody: none
+        std::uint32_t kind;  ///< below kKinds
+    };
+    struct Block
+    {
+        std::uint32_t first;  ///< in order()
+        std::uint32_t lanes;
+    };
+    struct Colour
+    {
+        std::uint32_t begin, end;  ///< of blocks()
+        bool isSerial;             ///< blocks of one lane that must be solved one after the other
+    };
+
+    /// @param bodies  number of bodies
+    void build(const std::vector<Constraint>& constraints, std::uint32_t bodies);
+
+    /// Indices of the constraints, block by block.
+    const std::vector<std::uint32_t>& order() const { return m_order; }
+    const std::vector<Block>& blocks() const { return m_blocks; }
+    const std::vector<Colour>& colours() const { return m_colours; }
+
+    /// Constraints of the blocks that must be solved one after the other.
+    std::uint32_t serialConstraints() const
+    {
+        return m_colours.empty() || !m_colours.back().isSerial
+                   ? 0
+                   : m_colours.back().end - m_colours.back().begin;
+    }
+
+private:
+    std::uint32_t colourOf(const Constraint& constraint);
+    void sortByColour(const std::vector<Constraint>& constraints);
+    void cutBlocks();
+
+    std::vector<std::uint64_t> m_used;  ///< [body], a bit for each of its colours
+    std::vector<std::uint32_t> m_keys;  ///< [constraint], kKinds * colour + kind
+    std::vector<std::uint32_t> m_order;
+    std::vector<std::uint32_t> m_firsts;  ///< [key] in m_order
+    std::vector<Block> m_blocks;
+    std::vector<Colour> m_colours;
+};
+}  // namespace CULLET_PRECISION
+}  // namespace cullet

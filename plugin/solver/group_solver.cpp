@@ -1,0 +1,144 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "cullet/plugin/solver/group_solver.h"
+
+#include <BulletDynamics/ConstraintSolver/btContactSolverInfo.h>
+
+#include <algorithm>
+#include <limits>
+
+namespace cullet
+{
+inline namespace CULLET_PRECISION
+{
+namespace
+{
+bool hasMode(const btContactSolverInfo& info, int mode)
+{
+    return (info.m_solverMode & mode) != 0;
+}
+
+SolverStep stepOf(const btContactSolverInfo& info)
+{
+    SolverStep step{};
+    step.inverseTime = 1 / info.m_timeStep;
+    step.relaxation = info.m_sor;
+    step.warmStart = hasMode(info, SOLVER_USE_WARMSTARTING) ? info.m_warmstartingFactor : btScalar(0);
+    step.pushBelow = info.m_splitImpulse ? info.m_splitImpulsePenetrationThreshold
+                                         : -std::numeric_limits<btScalar>::infinity();
+    step.bounceAbove = info.m_restitutionVelocityThreshold;
+    step.anchorVelocity = info.m_frictionERP / info.m_timeStep;
+    step.slidingRows = hasMode(info, SOLVER_USE_2_FRICTION_DIRECTIONS) ? 2 : 1;
+    step.slidesAlongVelocity = !hasMode(info, SOLVER_DISABLE_VELOCITY_DEPENDENT_FRICTION_DIRECTION);
+    step.keepsSlides = !step.slidesAlongVelocity && step.slidingRows == 2;
+    step.notesResidual = info.m_leastSquaresResidualThreshold > 0;
+    step.share = 1;
+    return step;
+}
+
+/// Friction has two directions, which do not change with the velocity, so that its impulses last.
+SolverStep softStepOf(const btContactSolverInfo& info, int substeps)
+{
+    SolverStep step = stepOf(info);
+    step.isSoft = true;
+    step.share = 1 / btScalar(substeps);
+    step.warmStart = hasMode(info, SOLVER_USE_WARMSTARTING) ? 1 : 0;
+    step.relaxation = 1;
+    step.slidingRows = 2;
+    step.slidesAlongVelocity = step.keepsSlides = step.notesResidual = false;
+    return step;
+}
+
+SoftContact softContact(btScalar frequency, btScalar damping, btScalar time)
+{
+    const btScalar turn = 2 * SIMD_PI * frequency;
+    const btScalar resistance = 2 * damping + time * turn, stiffness = time * turn * resistance;
+    return {turn / resistance, stiffness / (1 + stiffness), 1 / (1 + stiffness)};
+}
+}  // namespace
+
+void GroupSolver::setUp(const SolverGroup& group, const btContactSolverInfo& info,
+                        const SolverOptions& options, ParallelLoops& loops)
+{
+    m_bodies.clear(group.bodies, group.bodyCount);
+    m_joints.collect(info, group.joints, group.jointCount, m_bodies);
+    m_contacts.collect(info, group.manifolds, group.manifoldCount, m_bodies);
+    m_step = options.model == SolverModel::Soft && !m_contacts.hasOwnSoftness()
+                 ? softStepOf(info, options.substeps)
+                 : stepOf(info);
+    m_joints.plan(m_bodies, loops);
+    m_contacts.plan(m_step, m_bodies, loops);
+    m_bodies.readStates(info, loops);
+    m_joints.setUp(m_step, info, m_bodies, loops);
+    m_contacts.setUp(m_step, info, m_bodies, loops);
+}
+
+void GroupSolver::solve(const btContactSolverInfo& info, const SolverOptions& options, ParallelLoops& loops)
+{
+    if (m_step.isSoft)
+    {
+        takeSubsteps(info, options, loops);
+        m_bodies.writeBackMoved(info, loops);
+    }
+    else
+    {
+        pushApart(info);
+        iterate(info, loops);
+        m_bodies.writeBack(info, loops);
+    }
+    if (hasMode(info, SOLVER_USE_WARMSTARTING))
+        m_contacts.writeBack(m_step, loops);
+    m_joints.writeBack(m_step, info);
+}
+
+void GroupSolver::takeSubsteps(const btContactSolverInfo& info, const SolverOptions& options,
+                               ParallelLoops& loops)
+{
+    const btScalar time = info.m_timeStep * m_step.share;
+    // A spring that oscillates faster than a quarter of the substeps could not be followed.
+    const btScalar frequency = std::min(options.contactFrequency, 1 / (4 * time));
+    SoftStep substep{1 / time, options.pushSpeed, softContact(frequency, options.contactDamping, time),
+                     softContact(2 * frequency, options.contactDamping, time), true};
+    m_bodies.beginSubsteps();
+    for (int i = 0; i < options.substeps; ++i)
+    {
+        m_bodies.addForces(m_step.share);
+        m_joints.applyImpulses(m_bodies, loops);
+        m_contacts.applyImpulses(m_step, m_bodies, loops);
+        for (const bool pushes : {true, false})
+        {
+            substep.pushes = pushes;
+            m_joints.solve(m_step, 0, !pushes, m_bodies, loops);
+            m_contacts.solveSoft(m_step, substep, m_bodies, loops);
+            if (pushes)
+                m_bodies.move(time);
+        }
+    }
+    m_contacts.bounce(m_bodies, loops);
+}
+
+void GroupSolver::pushApart(const btContactSolverInfo& info)
+{
+    if (!m_contacts.hasDeepPoints())
+        return;
+    for (int i = 0; i < info.m_numIterations; ++i)
+    {
+        if (m_contacts.push(m_bodies) <= info.m_leastSquaresResidualThreshold)
+            return;
+    }
+}
+
+void GroupSolver::iterate(const btContactSolverInfo& info, ParallelLoops& loops)
+{
+    const int iterations = std::max(info.m_numIterations, m_joints.mostIterations());
+    for (int i = 0; i < iterations; ++i)
+    {
+        btScalar residual = m_joints.solve(m_step, i, false, m_bodies, loops);
+        if (i < info.m_numIterations)
+            residual = std::max(residual, m_contacts.solve(m_step, m_bodies, loops));
+        if (m_step.notesResidual && residual <= info.m_leastSquaresResidualThreshold)
+            return;
+    }
+}
+}  // namespace CULLET_PRECISION
+}  // namespace cullet

@@ -1,0 +1,218 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "cullet/plugin/solver/point_source.h"
+
+#include <BulletCollision/CollisionDispatch/btCollisionObject.h>
+#include <BulletCollision/NarrowPhaseCollision/btPersistentManifold.h>
+#include <BulletDynamics/ConstraintSolver/btContactSolverInfo.h>
+
+#include <algorithm>
+
+namespace cullet
+{
+inline namespace CULLET_PRECISION
+{
+namespace
+{
+void set(BlockOfVectors& block, int lane, const btVector3& v)
+{
+    block.x.lane[lane] = v.x();
+    block.y.lane[lane] = v.y();
+    block.z.lane[lane] = v.z();
+}
+
+btVector3 at(const BlockOfVectors& block, int lane)
+{
+    return {block.x.lane[lane], block.y.lane[lane], block.z.lane[lane]};
+}
+
+bool has(const btManifoldPoint& point, int flag)
+{
+    return (point.m_contactPointFlags & flag) != 0;
+}
+
+void clearDirections(PointSource& source)
+{
+    source.hasDirections = true;
+    source.slideVelocity[0] = source.slideVelocity[1] = {};
+    source.slideSoftness = {};
+    source.anchor = {};
+}
+
+void clearTurns(PointSource& source)
+{
+    source.turns = true;
+    source.spinning = {};
+    source.rolling = {};
+    source.roll[0] = source.roll[1] = {};
+}
+
+/// How far a point yields, as Bullet derives it from what the application set.
+void readSoftness(const btContactSolverInfo& info, const btManifoldPoint& point, int lane,
+                  PointSource& source)
+{
+    btScalar softness = info.m_globalCfm, errorReduction = info.m_erp2;
+    if (has(point, BT_CONTACT_FLAG_HAS_CONTACT_CFM | BT_CONTACT_FLAG_HAS_CONTACT_ERP))
+    {
+        if (has(point, BT_CONTACT_FLAG_HAS_CONTACT_CFM))
+            softness = point.m_contactCFM;
+        if (has(point, BT_CONTACT_FLAG_HAS_CONTACT_ERP))
+            errorReduction = point.m_contactERP;
+    }
+    else if (has(point, BT_CONTACT_FLAG_CONTACT_STIFFNESS_DAMPING))
+    {
+        const btScalar spring = info.m_timeStep * point.m_combinedContactStiffness1;
+        const btScalar sum = std::max(spring + point.m_combinedContactDamping1, btScalar(SIMD_EPSILON));
+        softness = 1 / sum;
+        errorReduction = spring / sum;
+    }
+    source.softness.lane[lane] = softness / info.m_timeStep;
+    source.errorReduction.lane[lane] = errorReduction;
+}
+
+void applyAnisotropy(const btCollisionObject& object, int mode, btVector3& direction)
+{
+    if (!object.hasAnisotropicFriction(mode))
+        return;
+    const btMatrix3x3& basis = object.getWorldTransform().getBasis();
+    direction = basis * (direction * basis * object.getAnisotropicFriction());
+}
+
+void readDirections(const btContactSolverInfo& info, const btManifoldPoint& point, int lane,
+                    PointSource& source)
+{
+    const bool keeps = (info.m_solverMode & SOLVER_ENABLE_FRICTION_DIRECTION_CACHING) != 0 &&
+                       has(point, BT_CONTACT_FLAG_LATERAL_FRICTION_INITIALIZED);
+    const bool isAnchored = has(point, BT_CONTACT_FLAG_FRICTION_ANCHOR);
+    source.keeps[lane] = keeps;
+    if (!keeps && !isAnchored)
+        return;
+    if (!source.hasDirections)
+        clearDirections(source);
+    source.anchor.lane[lane] = isAnchored ? 1 : 0;
+    if (!keeps)
+        return;
+    source.slideVelocity[0].lane[lane] = point.m_contactMotion1;
+    source.slideVelocity[1].lane[lane] = point.m_contactMotion2;
+    source.slideSoftness.lane[lane] = point.m_frictionCFM;
+}
+
+void readTurns(const btManifoldPoint& point, int lane, PointSource& source)
+{
+    if (!(point.m_combinedRollingFriction > 0))
+        return;
+    if (!source.turns)
+        clearTurns(source);
+    source.spinning.lane[lane] = point.m_combinedSpinningFriction;
+    source.rolling.lane[lane] = point.m_combinedRollingFriction;
+    btVector3 axes[2];
+    btPlaneSpace1(point.m_normalWorldOnB, axes[0], axes[1]);
+    for (int i = 0; i < 2; ++i)
+    {
+        axes[i].normalize();
+        for (const auto& side : source.objects)
+            applyAnisotropy(*side[lane], btCollisionObject::CF_ANISOTROPIC_ROLLING_FRICTION, axes[i]);
+        set(source.roll[i], lane, axes[i].length() > btScalar(0.001) ? axes[i] : btVector3(0, 0, 0));
+    }
+}
+
+/// The friction of the last step; its directions are not set before the first one.
+btVector3 slideImpulseOf(const btManifoldPoint& point)
+{
+    btVector3 impulse(0, 0, 0);
+    if (point.m_appliedImpulseLateral1 != 0)
+        impulse += point.m_lateralFrictionDir1 * point.m_appliedImpulseLateral1;
+    if (point.m_appliedImpulseLateral2 != 0)
+        impulse += point.m_lateralFrictionDir2 * point.m_appliedImpulseLateral2;
+    return impulse;
+}
+
+void readPoint(const btContactSolverInfo& info, btManifoldPoint& point, int lane, PointSource& source)
+{
+    set(source.positionA, lane, point.getPositionWorldOnA());
+    set(source.positionB, lane, point.getPositionWorldOnB());
+    set(source.normal, lane, point.m_normalWorldOnB);
+    source.isLive.lane[lane] = 1;
+    source.gap.lane[lane] = point.getDistance() + info.m_linearSlop;
+    source.friction.lane[lane] = point.m_combinedFriction;
+    source.restitution.lane[lane] = point.m_combinedRestitution;
+    source.impulse.lane[lane] = point.m_appliedImpulse;
+    set(source.slideImpulse, lane, slideImpulseOf(point));
+    readSoftness(info, point, lane, source);
+    readDirections(info, point, lane, source);
+    readTurns(point, lane, source);
+}
+
+void clearLane(int lane, PointSource& source)
+{
+    const btVector3 zero(0, 0, 0);
+    set(source.positionA, lane, zero);
+    set(source.positionB, lane, zero);
+    set(source.normal, lane, zero);
+    set(source.slideImpulse, lane, zero);
+    for (BlockOf* block : {&source.isLive, &source.gap, &source.friction, &source.restitution,
+                           &source.impulse, &source.errorReduction, &source.softness})
+        block->lane[lane] = 0;
+    source.keeps[lane] = false;
+}
+}  // namespace
+
+LivePoints::LivePoints(btPersistentManifold& manifold)
+{
+    const btScalar threshold = manifold.getContactProcessingThreshold();
+    for (int i = 0; i < manifold.getNumContacts(); ++i)
+    {
+        btManifoldPoint& point = manifold.getContactPoint(i);
+        if (point.getDistance() <= threshold)
+            points[count++] = &point;
+    }
+}
+
+void readPoints(const btContactSolverInfo& info, const LivePoints* points,
+                btPersistentManifold* const* manifolds, int lanes, int k, PointSource& source)
+{
+    source.hasDirections = source.turns = false;
+    for (int lane = 0; lane < kBlock; ++lane)
+    {
+        btManifoldPoint* const point =
+            lane < lanes && k < points[lane].count ? points[lane].points[k] : nullptr;
+        source.points[lane] = point;
+        if (point == nullptr)
+        {
+            clearLane(lane, source);
+            continue;
+        }
+        source.objects[0][lane] = manifolds[lane]->getBody0();
+        source.objects[1][lane] = manifolds[lane]->getBody1();
+        readPoint(info, *point, lane, source);
+    }
+}
+
+void finishSlides(const SolverStep& step, PointSource& source)
+{
+    for (int lane = 0; lane < kBlock; ++lane)
+    {
+        if (source.points[lane] == nullptr)
+            continue;
+        btManifoldPoint& point = *source.points[lane];
+        if (source.keeps[lane])
+        {
+            set(source.slide[0], lane, point.m_lateralFrictionDir1);
+            set(source.slide[1], lane, point.m_lateralFrictionDir2);
+            continue;
+        }
+        btVector3* const stored[2] = {&point.m_lateralFrictionDir1, &point.m_lateralFrictionDir2};
+        for (int i = 0; i < step.slidingRows; ++i)
+        {
+            btVector3 direction = at(source.slide[i], lane);
+            for (const auto& side : source.objects)
+                applyAnisotropy(*side[lane], btCollisionObject::CF_ANISOTROPIC_FRICTION, direction);
+            set(source.slide[i], lane, direction);
+            *stored[i] = direction;
+        }
+        if (step.keepsSlides)
+            point.m_contactPointFlags |= BT_CONTACT_FLAG_LATERAL_FRICTION_INITIALIZED;
+    }
+}
+}  // namespace CULLET_PRECISION
+}  // namespace cullet

@@ -1,0 +1,65 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "cullet/plugin/solver/solver_rows.h"
+
+class btCollisionObject;
+class btManifoldPoint;
+class btPersistentManifold;
+struct btContactSolverInfo;
+
+namespace cullet
+{
+inline namespace CULLET_PRECISION
+{
+/// The points of a manifold that count: those within its threshold.
+struct LivePoints
+{
+    LivePoints() = default;
+    explicit LivePoints(btPersistentManifold& manifold);
+
+    btManifoldPoint* points[4];
+    int count = 0;
+};
+
+/// The k-th points of a block's manifolds, as the narrow phase and the application left them.
+struct PointSource
+{
+    btManifoldPoint* points[kBlock];  ///< null where the lane has no such point
+    BlockOfVectors positionA, positionB, normal;
+    BlockOf isLive;  ///< 1, or 0 where the lane has no such point
+    BlockOf gap;     ///< with the slop
+    BlockOf friction, restitution, impulse;
+    BlockOf errorReduction;
+    BlockOf softness;         ///< 1 / mass
+    BlockOfVectors slide[2];  ///< directions of sliding friction, which the kernel finds
+
+    BlockOfVectors slideImpulse;  ///< of the last step, in a soft one
+
+    bool hasDirections;        ///< some lanes of the following are not zero
+    BlockOf slideVelocity[2];  ///< of a conveyor belt
+    BlockOf slideSoftness;
+    BlockOf anchor;  ///< 1: friction keeps the points in place
+
+    bool turns;                 ///< some lanes have turning friction
+    BlockOf spinning, rolling;  ///< coefficients
+    BlockOfVectors roll[2];     ///< axes
+
+    /// @name For finishSlides()
+    ///@{
+    const btCollisionObject* objects[2][kBlock];
+    bool keeps[kBlock];  ///< the directions that the point has
+    ///@}
+};
+
+/// Reads the k-th points of a block's manifolds.
+///
+/// @param points [lane] of the first `lanes` manifolds
+void readPoints(const btContactSolverInfo& info, const LivePoints* points,
+                btPersistentManifold* const* manifolds, int lanes, int k, PointSource& source);
+
+/// Lets the application's directions and anisotropy change those of sliding friction, and stores them in the points.
+void finishSlides(const SolverStep& step, PointSource& source);
+}  // namespace CULLET_PRECISION
+}  // namespace cullet

@@ -1,0 +1,71 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "cullet/plugin/solver/solver_rows.h"
+
+#include <cstdint>
+#include <vector>
+
+class btCollisionObject;
+class btRigidBody;
+struct btContactSolverInfo;
+
+namespace cullet
+{
+class ParallelLoops;
+
+inline namespace CULLET_PRECISION
+{
+/// The bodies of a group, by number. Number kFixedBody stands for all objects that nothing moves.
+class SolverBodies
+{
+public:
+    /// Begins a group.
+    void clear(btCollisionObject** bodies, int count);
+
+    /// The number of an object; adds it if it is new.
+    std::uint32_t add(btCollisionObject& object);
+
+    /// Computes the states, when all bodies are known.
+    void readStates(const btContactSolverInfo& info, ParallelLoops& loops);
+
+    /// @name Soft steps
+    ///@{
+    /// Makes the motions velocities, without what forces add.
+    void beginSubsteps();
+    /// Adds what forces add in a substep.
+    void addForces(btScalar share);
+    void move(btScalar time);
+    /// Gives the bodies their velocities, and places from which Bullet moves them to where they are now.
+    void writeBackMoved(const btContactSolverInfo& info, ParallelLoops& loops);
+    ///@}
+
+    /// Gives the bodies their velocities, and their places if the split impulse moved them.
+    void writeBack(const btContactSolverInfo& info, ParallelLoops& loops);
+
+    std::uint32_t size() const { return static_cast<std::uint32_t>(m_bodies.size()); }
+    const btRigidBody* body(std::uint32_t number) const { return m_bodies[number]; }
+    const SolverBodyState* states() const { return m_states.data(); }
+    /// Whether rows may change a body, which is not so for kinematic ones.
+    bool isMoved(std::uint32_t number) const { return m_isMoved[number] != 0; }
+
+    /// Changes of the velocities; with substeps the velocities.
+    SolverMotion* motions() { return m_motions.data(); }
+    /// Velocities of the split impulse; with substeps how far the bodies have moved.
+    SolverMotion* pushes() { return m_pushes.data(); }
+
+private:
+    void append(btRigidBody* body);
+    static void readState(const btContactSolverInfo& info, btRigidBody& body, SolverBodyState& state);
+    void writeBack(const btContactSolverInfo& info, std::uint32_t number) const;
+    void writeBackMoved(const btContactSolverInfo& info, std::uint32_t number) const;
+
+    std::vector<btRigidBody*> m_bodies;             ///< [number], null for the fixed one
+    std::vector<std::uint8_t> m_isMoved;            ///< [number]
+    std::vector<std::uint32_t> m_kinematic;         ///< numbers of kinematic bodies
+    std::vector<SolverBodyState> m_states;          ///< [number]
+    std::vector<SolverMotion> m_motions, m_pushes;  ///< [number]
+};
+}  // namespace CULLET_PRECISION
+}  // namespace cullet
