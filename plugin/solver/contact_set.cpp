@@ -6,6 +6,7 @@
 #include "cullet/plugin/solver/point_source.h"
 #include "cullet/plugin/step/prefetch_step.h"
 
+#include <BulletCollision/BroadphaseCollision/btBroadphaseProxy.h>
 #include <BulletCollision/CollisionDispatch/btCollisionObject.h>
 #include <BulletCollision/NarrowPhaseCollision/btPersistentManifold.h>
 #include <BulletDynamics/ConstraintSolver/btContactSolverInfo.h>
@@ -16,11 +17,34 @@ namespace cullet
 {
 inline namespace CULLET_PRECISION
 {
+namespace
+{
+/// The number that the broad phase has given to an object.
+std::uint32_t idOf(const btCollisionObject* object)
+{
+    const btBroadphaseProxy* const proxy = object->getBroadphaseHandle();
+    return proxy != nullptr ? static_cast<std::uint32_t>(proxy->m_uniqueId) : 0;
+}
+
+std::uint32_t hashOf(const btPersistentManifold& manifold)
+{
+    // Two rounds of a mixing function by Chris Wellons ("hash prospector"), each of which changes all bits.
+    std::uint32_t hash = 0;
+    for (const btCollisionObject* object : {manifold.getBody0(), manifold.getBody1()})
+    {
+        hash ^= idOf(object);
+        hash = (hash ^ hash >> 16) * 0x7feb352du;
+        hash = (hash ^ hash >> 15) * 0x846ca68bu;
+        hash ^= hash >> 16;
+    }
+    return hash;
+}
+}  // namespace
+
 void ContactSet::collect(const btContactSolverInfo& info, btPersistentManifold** manifolds, int count,
                          SolverBodies& bodies)
 {
     m_contacts.clear();
-    m_constraints.clear();
     m_bounces = m_hasOwnSoftness = false;
     for (int i = 0; i < count; ++i)
     {
@@ -28,10 +52,15 @@ void ContactSet::collect(const btContactSolverInfo& info, btPersistentManifold**
             prefetchBodiesOf(manifolds[i + kPrefetchDistance]);
         add(info, *manifolds[i], bodies);
     }
+    m_order.sort(m_contacts, [](const Contact& contact) { return contact.hash; });
 }
 
 void ContactSet::plan(const SolverStep& step, const SolverBodies& bodies, const ParallelLoops& loops)
 {
+    m_constraints.clear();
+    for (const Contact& contact : m_contacts)
+        m_constraints.push_back({bodies.isMoved(contact.a) ? contact.a : kFixedBody,
+                                 bodies.isMoved(contact.b) ? contact.b : kFixedBody, 4u - contact.points});
     m_plan.build(m_constraints, bodies.size());
     layOut(step, bodies);
     m_residuals.resize(loops.threads());
@@ -48,15 +77,13 @@ void ContactSet::add(const btContactSolverInfo& info, btPersistentManifold& mani
     contact.manifold = &manifold;
     contact.a = numberOf(manifold.getBody0());
     contact.b = numberOf(manifold.getBody1());
-    const bool movesA = bodies.isMoved(contact.a), movesB = bodies.isMoved(contact.b);
-    if (!movesA && !movesB)
+    if (!bodies.isMoved(contact.a) && !bodies.isMoved(contact.b))
         return;
+    contact.hash = hashOf(manifold);
     contact.points = static_cast<std::uint8_t>(live.count);
     for (int k = 0; k < live.count; ++k)
         notePoint(info, *live.points[k], k, contact);
     m_contacts.push_back(contact);
-    m_constraints.push_back({movesA ? contact.a : kFixedBody, movesB ? contact.b : kFixedBody,
-                             static_cast<std::uint32_t>(4 - live.count)});
 }
 
 void ContactSet::notePoint(const btContactSolverInfo& info, const btManifoldPoint& point, int index,

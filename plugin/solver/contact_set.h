@@ -5,6 +5,7 @@
 #include "cullet/plugin/solver/block_plan.h"
 #include "cullet/plugin/solver/row_kernels.h"
 #include "cullet/plugin/solver/row_storage.h"
+#include "cullet/plugin/solver/shuffled_order.h"
 #include "cullet/plugin/solver/solver_bodies.h"
 
 #include <cstdint>
@@ -64,6 +65,7 @@ private:
     {
         btPersistentManifold* manifold;
         std::uint32_t a, b;   ///< numbers of its bodies
+        std::uint32_t hash;   ///< of the unique ids of its bodies
         std::uint8_t points;  ///< those that count
         std::uint8_t deep;    ///< a bit for each of them
         std::uint8_t turns;   ///< a bit for each with turning friction
@@ -78,6 +80,7 @@ private:
                     std::uint32_t index);
 
     std::vector<Contact> m_contacts;  ///< in the order of the constraints
+    ShuffledOrder<Contact> m_order;
     std::vector<BlockPlan::Constraint> m_constraints;
     BlockPlan m_plan;
     std::vector<ContactBlock> m_blocks;

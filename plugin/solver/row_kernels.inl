@@ -648,6 +648,10 @@ struct WideSoftness
     store(push.impulse, part, load(push.impulse, part) + impulse);
 }
 
+/// How often an iteration of a soft step solves a block's rows, which lie in the nearest cache then: the points of a manifold
+/// depend on each other most.
+constexpr int kSweeps = 2;
+
 void solveSoft(const SolverStep& step, const SoftStep& substep, const ContactBlock& block, RowBlock* rows,
                PushBlock* pushes, const SolverMotion* moved, SolverMotion* motions)
 {
@@ -657,14 +661,17 @@ void solveSoft(const SolverStep& step, const SoftStep& substep, const ContactBlo
         const WideSoftness soft = softnessOf(substep, mass);
         const PairMotion way = readPair(moved, block.bodies, part);
         PairMotion pair = readPair(motions, block.bodies, part);
-        for (int k = 0; k < block.points; ++k)
-            solveFriction(step, block.rows[k], rows, part, mass, pair, [](Wide, const RowBlock&) {});
-        for (int k = 0; k < block.points; ++k)
+        for (int sweep = 0; sweep < kSweeps; ++sweep)
         {
-            RowBlock& normal = rows[block.rows[k].first];
-            solveSoftNormal(substep, soft, part, way, mass, normal, pair);
-            if (!substep.pushes)
-                noteImpulse(normal, part, pushes[block.rows[k].push]);
+            for (int k = 0; k < block.points; ++k)
+                solveFriction(step, block.rows[k], rows, part, mass, pair, [](Wide, const RowBlock&) {});
+            for (int k = 0; k < block.points; ++k)
+            {
+                RowBlock& normal = rows[block.rows[k].first];
+                solveSoftNormal(substep, soft, part, way, mass, normal, pair);
+                if (!substep.pushes && sweep + 1 == kSweeps)
+                    noteImpulse(normal, part, pushes[block.rows[k].push]);
+            }
         }
         writePair(pair, block.bodies, part, motions);
     }
