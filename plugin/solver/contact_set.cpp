@@ -55,12 +55,16 @@ void ContactSet::collect(const btContactSolverInfo& info, btPersistentManifold**
     m_order.sort(m_contacts, [](const Contact& contact) { return contact.hash; });
 }
 
-void ContactSet::plan(const SolverStep& step, const SolverBodies& bodies, const ParallelLoops& loops)
+void ContactSet::plan(const SolverStep& step, SolverBodies& bodies, const ParallelLoops& loops)
 {
     m_constraints.clear();
     for (const Contact& contact : m_contacts)
-        m_constraints.push_back({bodies.isMoved(contact.a) ? contact.a : kFixedBody,
-                                 bodies.isMoved(contact.b) ? contact.b : kFixedBody, 4u - contact.points});
+    {
+        const auto moved = [&](std::uint32_t body) { return bodies.isMoved(body) ? body : kFixedBody; };
+        bodies.bind(contact.a);
+        bodies.bind(contact.b);
+        m_constraints.push_back({moved(contact.a), moved(contact.b), 4u - contact.points});
+    }
     m_plan.build(m_constraints, bodies.size());
     layOut(step, bodies);
     m_residuals.resize(loops.threads());

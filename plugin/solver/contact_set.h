@@ -29,7 +29,7 @@ public:
                  SolverBodies& bodies);
 
     /// Plans the blocks, when all bodies are known, and reserves memory.
-    void plan(const SolverStep& step, const SolverBodies& bodies, const ParallelLoops& loops);
+    void plan(const SolverStep& step, SolverBodies& bodies, const ParallelLoops& loops);
 
     std::uint32_t size() const { return static_cast<std::uint32_t>(m_contacts.size()); }
     const BlockPlan& plan() const { return m_plan; }

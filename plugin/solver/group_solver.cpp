@@ -102,7 +102,7 @@ void GroupSolver::takeSubsteps(const btContactSolverInfo& info, const SolverOpti
     m_bodies.beginSubsteps();
     for (int i = 0; i < options.substeps; ++i)
     {
-        m_bodies.addForces(m_step.share);
+        m_bodies.addForces(i, m_step.share);
         m_joints.applyImpulses(m_bodies, loops);
         m_contacts.applyImpulses(m_step, m_bodies, loops);
         for (const bool pushes : {true, false})

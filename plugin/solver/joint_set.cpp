@@ -91,7 +91,7 @@ void setRow(const btSolverConstraint& from, btScalar mostImpulse, int lane, Join
     to.softness.lane[lane] = from.m_cfm;
     // A row without a bound holds or limits a place, and what it wants is to remove an error; motors and springs have bounds.
     const bool removesError = from.m_lowerLimit <= -SIMD_INFINITY || from.m_upperLimit >= SIMD_INFINITY;
-    to.relaxed.lane[lane] = removesError ? 0 : 1;
+    to.isLasting.lane[lane] = removesError ? 0 : 1;
     to.least.lane[lane] = std::max(from.m_lowerLimit, -mostImpulse);
     to.most.lane[lane] = std::min(from.m_upperLimit, mostImpulse);
 }
@@ -101,7 +101,7 @@ void clearRow(int lane, JointRowBlock& row)
     const btVector3 zero(0, 0, 0);
     for (BlockOfVectors* vectors : {&row.linearA, &row.armA, &row.linearB, &row.armB})
         set(*vectors, lane, zero);
-    for (BlockOf* numbers : {&row.target, &row.softness, &row.least, &row.most, &row.relaxed})
+    for (BlockOf* numbers : {&row.target, &row.softness, &row.least, &row.most, &row.isLasting})
         numbers->lane[lane] = 0;
 }
 }  // namespace
@@ -139,6 +139,8 @@ void JointSet::add(const btContactSolverInfo& info, btTypedConstraint& joint, So
     if (request.m_numConstraintRows == 0)
         return;
     const std::uint32_t a = bodies.add(joint.getRigidBodyA()), b = bodies.add(joint.getRigidBodyB());
+    bodies.bind(a);
+    bodies.bind(b);
     const int wanted = joint.getOverrideNumSolverIterations();
     const int iterations = wanted > 0 ? wanted : info.m_numIterations;
     m_mostIterations = std::max(m_mostIterations, iterations);
@@ -257,7 +259,8 @@ void JointSet::writeBack(const SolverStep& step, const btContactSolverInfo& info
     for (int i = 0; i < joint.rows; ++i)
     {
         const JointRowBlock& row = m_rows.data()[block.first + static_cast<unsigned>(i)];
-        const btScalar impulse = row.impulse.lane[lane] / step.share, force = impulse / info.m_timeStep;
+        const btScalar impulse = row.impulse.lane[lane] / (row.isLasting.lane[lane] != 0 ? 1 : step.share),
+                       force = impulse / info.m_timeStep;
         if (feedback != nullptr)
         {
             feedback->m_appliedForceBodyA += at(row.linearA, lane) * a.getLinearFactor() * force;

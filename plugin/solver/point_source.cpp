@@ -188,6 +188,30 @@ void readPoints(const btContactSolverInfo& info, const LivePoints* points,
     }
 }
 
+namespace
+{
+/// Scales a lane's directions where a body has anisotropic friction.
+void turnSlides(const SolverStep& step, int lane, PointSource& source)
+{
+    constexpr int kMode = btCollisionObject::CF_ANISOTROPIC_FRICTION;
+    const btCollisionObject* const objects[] = {source.objects[0][lane], source.objects[1][lane]};
+    if (!objects[0]->hasAnisotropicFriction(kMode) && !objects[1]->hasAnisotropicFriction(kMode))
+        return;
+    for (int i = 0; i < step.slidingRows; ++i)
+    {
+        btVector3 direction = at(source.slide[i], lane);
+        // Bullet's second direction is beside the first one as anisotropy has left it.
+        if (i == 1 && source.isSliding.lane[lane] != 0)
+            direction = at(source.slide[0], lane).cross(source.points[lane]->m_normalWorldOnB);
+        if (i == 1 && direction.length2() > SIMD_EPSILON)
+            direction.normalize();
+        for (const btCollisionObject* object : objects)
+            applyAnisotropy(*object, kMode, direction);
+        set(source.slide[i], lane, direction);
+    }
+}
+}  // namespace
+
 void finishSlides(const SolverStep& step, PointSource& source)
 {
     for (int lane = 0; lane < kBlock; ++lane)
@@ -201,15 +225,9 @@ void finishSlides(const SolverStep& step, PointSource& source)
             set(source.slide[1], lane, point.m_lateralFrictionDir2);
             continue;
         }
-        btVector3* const stored[2] = {&point.m_lateralFrictionDir1, &point.m_lateralFrictionDir2};
-        for (int i = 0; i < step.slidingRows; ++i)
-        {
-            btVector3 direction = at(source.slide[i], lane);
-            for (const auto& side : source.objects)
-                applyAnisotropy(*side[lane], btCollisionObject::CF_ANISOTROPIC_FRICTION, direction);
-            set(source.slide[i], lane, direction);
-            *stored[i] = direction;
-        }
+        turnSlides(step, lane, source);
+        point.m_lateralFrictionDir1 = at(source.slide[0], lane);
+        point.m_lateralFrictionDir2 = at(source.slide[1], lane);
         if (step.keepsSlides)
             point.m_contactPointFlags |= BT_CONTACT_FLAG_LATERAL_FRICTION_INITIALIZED;
     }

@@ -34,6 +34,7 @@ struct PointSource
     BlockOf errorReduction;
     BlockOf softness;         ///< 1 / mass
     BlockOfVectors slide[2];  ///< directions of sliding friction, which the kernel finds
+    BlockOf isSliding;        ///< 1: the first of them is that of the velocity
 
     BlockOfVectors slideImpulse;  ///< of the last step, in a soft one
 

@@ -48,6 +48,7 @@ void SolverBodies::clear(btCollisionObject** bodies, int count)
 {
     m_bodies.assign(1, nullptr);
     m_isMoved.assign(1, 0);
+    m_isBound.assign(1, 0);
     m_kinematic.clear();
     for (int i = 0; i < count; ++i)
         bodies[i]->setCompanionId(-1);
@@ -85,6 +86,7 @@ void SolverBodies::append(btRigidBody* body)
 {
     m_bodies.push_back(body);
     m_isMoved.push_back(body->getInvMass() != btScalar(0) ? 1 : 0);
+    m_isBound.push_back(0);
 }
 
 void SolverBodies::readStates(const btContactSolverInfo& info, ParallelLoops& loops)
@@ -152,14 +154,15 @@ void SolverBodies::beginSubsteps()
     }
 }
 
-void SolverBodies::addForces(btScalar share)
+void SolverBodies::addForces(int substep, btScalar share)
 {
     for (std::size_t i = 0; i < m_states.size(); ++i)
     {
+        const btScalar part = m_isBound[i] != 0 ? share : btScalar(substep == 0 ? 1 : 0);
         for (int k = 0; k < 3; ++k)
         {
-            m_motions[i].linear[k] += m_states[i].force[k] * share;
-            m_motions[i].angular[k] += m_states[i].torque[k] * share;
+            m_motions[i].linear[k] += m_states[i].force[k] * part;
+            m_motions[i].angular[k] += m_states[i].torque[k] * part;
         }
     }
 }
@@ -191,6 +194,8 @@ void SolverBodies::writeBackMoved(const btContactSolverInfo& info, std::uint32_t
                     angular = vectorOf(m_motions[number].angular);
     body.setLinearVelocity(linear);
     body.setAngularVelocity(angular);
+    if (m_isBound[number] == 0)
+        return;
     // Bullet's integration follows, by the velocity at the end for the whole step.
     btTransform now, before;
     btTransformUtil::integrateTransform(body.getWorldTransform(), vectorOf(m_pushes[number].linear),

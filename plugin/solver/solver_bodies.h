@@ -34,8 +34,9 @@ public:
     ///@{
     /// Makes the motions velocities, without what forces add.
     void beginSubsteps();
-    /// Adds what forces add in a substep.
-    void addForces(btScalar share);
+    /// Adds what forces add in a substep. A body without rows gets all of it in the first one, and moves as with Bullet's
+    /// solver.
+    void addForces(int substep, btScalar share);
     void move(btScalar time);
     /// Gives the bodies their velocities, and places from which Bullet moves them to where they are now.
     void writeBackMoved(const btContactSolverInfo& info, ParallelLoops& loops);
@@ -47,6 +48,8 @@ public:
     std::uint32_t size() const { return static_cast<std::uint32_t>(m_bodies.size()); }
     const btRigidBody* body(std::uint32_t number) const { return m_bodies[number]; }
     const SolverBodyState* states() const { return m_states.data(); }
+    /// Notes that a body has rows.
+    void bind(std::uint32_t number) { m_isBound[number] = 1; }
     /// Whether rows may change a body, which is not so for kinematic ones.
     bool isMoved(std::uint32_t number) const { return m_isMoved[number] != 0; }
 
@@ -63,6 +66,7 @@ private:
 
     std::vector<btRigidBody*> m_bodies;             ///< [number], null for the fixed one
     std::vector<std::uint8_t> m_isMoved;            ///< [number]
+    std::vector<std::uint8_t> m_isBound;            ///< [number] whether the body has rows
     std::vector<std::uint32_t> m_kinematic;         ///< numbers of kinematic bodies
     std::vector<SolverBodyState> m_states;          ///< [number]
     std::vector<SolverMotion> m_motions, m_pushes;  ///< [number]

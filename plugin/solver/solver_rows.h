@@ -131,6 +131,7 @@ struct JointRowBlock
     BlockOf target;  ///< as in RowBlock; before setting up, the velocity wanted for the error
     BlockOf softness, inverse, impulse;
     BlockOf least, most;  ///< bounds of the impulse
+    BlockOf isLasting;    ///< 1: of a motor or spring; 0: removes an error of places
     BlockOf relaxed;      ///< the target of a soft step's relaxation
 };
 
