@@ -13,6 +13,9 @@ inline namespace CULLET_PRECISION
 {
 namespace
 {
+/// Of the joints alone, before the first substep's.
+constexpr int kFirstJointIterations = 4;
+
 bool hasMode(const btContactSolverInfo& info, int mode)
 {
     return (info.m_solverMode & mode) != 0;
@@ -105,6 +108,9 @@ void GroupSolver::takeSubsteps(const btContactSolverInfo& info, const SolverOpti
         m_bodies.addForces(i, m_step.share);
         m_joints.applyImpulses(m_bodies, loops);
         m_contacts.applyImpulses(m_step, m_bodies, loops);
+        // Joints do not know their impulses of the last step.
+        for (int k = 0; i == 0 && k < kFirstJointIterations; ++k)
+            m_joints.solve(m_step, 0, false, m_bodies, loops);
         for (const bool pushes : {true, false})
         {
             substep.pushes = pushes;
@@ -113,6 +119,7 @@ void GroupSolver::takeSubsteps(const btContactSolverInfo& info, const SolverOpti
             if (pushes)
                 m_bodies.move(time);
         }
+        m_bodies.endSubstep(i, m_step.share, time);
     }
     m_contacts.bounce(m_bodies, loops);
 }

@@ -120,6 +120,20 @@ inline btScalar largestLane(Wide wide)
     return largest;
 }
 
+/// The rows of turning friction of a point.
+///
+/// @param share by which the coefficients bound them: the normal's impulse, of at most one as with Bullet
+template <class Note>
+[[gnu::always_inline]] inline void solveTurning(RowBlock* rows, int part, Wide share, const PairMass& mass,
+                                                PairMotion& pair, const Note& note)
+{
+    for (int i = 0; i < 3; ++i)
+    {
+        const Wide most = load(rows[i].bound, part) * share;
+        note(solveRow(rows[i], part, -most, most, mass, pair), rows[i]);
+    }
+}
+
 /// The rows of friction of a point.
 ///
 /// @param note called with the change and the row
@@ -135,15 +149,8 @@ template <class Note>
         const Wide most = load(row->bound, part) * pressed;
         note(solveRow(*row, part, -most, most, mass, pair), *row);
     }
-    if (!point.turns)
-        return;
-    // Of at most the coefficient itself, as with Bullet.
-    const Wide share = lesser(pressed, fill(step.share));
-    for (const RowBlock* const end = row + 3; row < end; ++row)
-    {
-        const Wide most = load(row->bound, part) * share;
-        note(solveRow(*row, part, -most, most, mass, pair), *row);
-    }
+    if (point.turns)
+        solveTurning(row, part, lesser(pressed, fill(1)), mass, pair, note);
 }
 
 template <bool kNotesResidual>
@@ -570,13 +577,16 @@ btScalar solveJoints(const SolverStep& step, const JointBlock& block, const Bloc
         const PairMass mass = massesOf(block.bodies, part);
         const WideMask active = isActive != nullptr ? load(*isActive, part) > Wide{} : Wide{} == Wide{};
         PairMotion pair = readPair(motions, block.bodies, part);
-        for (int i = 0; i < block.rows; ++i)
+        for (int sweep = 0; sweep < (step.isSoft ? kSweeps : 1); ++sweep)
         {
-            JointRowBlock& row = rows[block.first + unsigned(i)];
-            const Wide change =
-                solveJointRow(row, relaxes ? row.relaxed : row.target, part, active, mass, pair);
-            if (step.notesResidual)
-                noteResidual(change, load(row.inverse, part), residual);
+            for (int i = 0; i < block.rows; ++i)
+            {
+                JointRowBlock& row = rows[block.first + unsigned(i)];
+                const Wide change =
+                    solveJointRow(row, relaxes ? row.relaxed : row.target, part, active, mass, pair);
+                if (step.notesResidual)
+                    noteResidual(change, load(row.inverse, part), residual);
+            }
         }
         writePair(pair, block.bodies, part, motions);
     }
@@ -660,6 +670,41 @@ struct WideSoftness
     store(push.impulse, part, load(push.impulse, part) + impulse);
 }
 
+/// Two directions of sliding friction together, so that it is the same in all directions.
+[[gnu::always_inline]] inline void solveSliding(RowBlock* rows, int part, Wide pressed, const PairMass& mass,
+                                                PairMotion& pair)
+{
+    Wide before[2], wanted[2];
+    for (int i = 0; i < 2; ++i)
+    {
+        const RowBlock& row = rows[i];
+        before[i] = load(row.impulse, part);
+        wanted[i] = before[i] + (load(row.target, part) - before[i] * load(row.softness, part) -
+                                 along(row, part, pair) * load(row.inverse, part));
+    }
+    const Wide most = load(rows[0].bound, part) * pressed;
+    const Wide square = wanted[0] * wanted[0] + wanted[1] * wanted[1];
+    const WideMask slides = square > most * most;
+    const Wide scaling = slides ? most / root(slides ? square : fill(1)) : fill(1);
+    for (int i = 0; i < 2; ++i)
+    {
+        const Wide after = wanted[i] * scaling;
+        store(rows[i].impulse, part, after);
+        apply(rows[i], part, after - before[i], mass, pair);
+    }
+}
+
+[[gnu::always_inline]] inline void solveSoftFriction(const SolverStep& step, const PointRows& point,
+                                                     RowBlock* rows, int part, const PairMass& mass,
+                                                     PairMotion& pair)
+{
+    const Wide pressed = load(rows[point.first].impulse, part);
+    solveSliding(rows + point.first + 1, part, pressed, mass, pair);
+    if (point.turns)
+        solveTurning(rows + point.first + 3, part, lesser(pressed, fill(step.share)), mass, pair,
+                     [](Wide, const RowBlock&) {});
+}
+
 void solveSoft(const SolverStep& step, const SoftStep& substep, const ContactBlock& block, RowBlock* rows,
                PushBlock* pushes, const SolverMotion* moved, SolverMotion* motions)
 {
@@ -672,14 +717,15 @@ void solveSoft(const SolverStep& step, const SoftStep& substep, const ContactBlo
         for (int sweep = 0; sweep < kSweeps; ++sweep)
         {
             for (int k = 0; k < block.points; ++k)
-                solveFriction(step, block.rows[k], rows, part, mass, pair, [](Wide, const RowBlock&) {});
-            for (int k = 0; k < block.points; ++k)
             {
                 RowBlock& normal = rows[block.rows[k].first];
                 solveSoftNormal(substep, soft, part, way, mass, normal, pair);
                 if (!substep.pushes && sweep + 1 == kSweeps)
                     noteImpulse(normal, part, pushes[block.rows[k].push]);
             }
+            // After the normals, so that friction ends within its bound.
+            for (int k = 0; k < block.points; ++k)
+                solveSoftFriction(step, block.rows[k], rows, part, mass, pair);
         }
         writePair(pair, block.bodies, part, motions);
     }

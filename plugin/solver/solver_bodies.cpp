@@ -30,6 +30,20 @@ btVector3 vectorOf(const btScalar* from)
     return {from[0], from[1], from[2]};
 }
 
+/// Adds `time` times the change of a velocity in a substep, as far as forces can have made it: not an impact, nor what
+/// contacts take from the forces.
+void addMissing(const btScalar* force, btScalar share, const btScalar* now, const btScalar* before,
+                btScalar time, btScalar* missing)
+{
+    const btVector3 added = vectorOf(force) * share, change = vectorOf(now) - vectorOf(before);
+    if (!(change.dot(added) > 0))
+        return;
+    const btScalar most = added.length2(), square = change.length2();
+    const btScalar scaling = square > most ? btSqrt(most / square) : btScalar(1);
+    for (int k = 0; k < 3; ++k)
+        missing[k] += change[k] * (time * scaling);
+}
+
 template <class Body>
 void forEach(std::size_t count, ParallelLoops& loops, const Body& body)
 {
@@ -152,6 +166,8 @@ void SolverBodies::beginSubsteps()
             m_motions[i].angular[k] = m_states[i].angular[k] - m_states[i].torque[k];
         }
     }
+    m_before = m_motions;
+    m_missing.assign(m_motions.size(), {});
 }
 
 void SolverBodies::addForces(int substep, btScalar share)
@@ -179,6 +195,19 @@ void SolverBodies::move(btScalar time)
     }
 }
 
+void SolverBodies::endSubstep(int substep, btScalar share, btScalar time)
+{
+    for (std::size_t i = 0; i < m_motions.size(); ++i)
+    {
+        SolverMotion &before = m_before[i], &missing = m_missing[i];
+        addMissing(m_states[i].force, share, m_motions[i].linear, before.linear, btScalar(substep) * time,
+                   missing.linear);
+        addMissing(m_states[i].torque, share, m_motions[i].angular, before.angular, btScalar(substep) * time,
+                   missing.angular);
+        before = m_motions[i];
+    }
+}
+
 void SolverBodies::writeBackMoved(const btContactSolverInfo& info, ParallelLoops& loops)
 {
     forEach(size() - 1, loops, [&](std::uint32_t i) { writeBackMoved(info, i + 1); });
@@ -198,8 +227,10 @@ void SolverBodies::writeBackMoved(const btContactSolverInfo& info, std::uint32_t
         return;
     // Bullet's integration follows, by the velocity at the end for the whole step.
     btTransform now, before;
-    btTransformUtil::integrateTransform(body.getWorldTransform(), vectorOf(m_pushes[number].linear),
-                                        vectorOf(m_pushes[number].angular), 1, now);
+    const SolverMotion &way = m_pushes[number], &missing = m_missing[number];
+    btTransformUtil::integrateTransform(body.getWorldTransform(),
+                                        vectorOf(way.linear) + vectorOf(missing.linear),
+                                        vectorOf(way.angular) + vectorOf(missing.angular), 1, now);
     btTransformUtil::integrateTransform(now, -linear, -angular, info.m_timeStep, before);
     body.setWorldTransform(before);
 }

@@ -37,7 +37,11 @@ public:
     /// Adds what forces add in a substep. A body without rows gets all of it in the first one, and moves as with Bullet's
     /// solver.
     void addForces(int substep, btScalar share);
+    /// Moves the bodies by their velocities.
     void move(btScalar time);
+    /// Ends a substep. A step must move a body by its velocity after the forces of the step, as Bullet's does: springs that
+    /// an application makes of forces gain energy otherwise. So what forces have added now is missing in the substeps before.
+    void endSubstep(int substep, btScalar share, btScalar time);
     /// Gives the bodies their velocities, and places from which Bullet moves them to where they are now.
     void writeBackMoved(const btContactSolverInfo& info, ParallelLoops& loops);
     ///@}
@@ -69,6 +73,8 @@ private:
     std::vector<std::uint8_t> m_isBound;            ///< [number] whether the body has rows
     std::vector<std::uint32_t> m_kinematic;         ///< numbers of kinematic bodies
     std::vector<SolverBodyState> m_states;          ///< [number]
+    std::vector<SolverMotion> m_before;             ///< [number] velocities at the end of the last substep
+    std::vector<SolverMotion> m_missing;            ///< [number] way that forces add to that of the substeps
     std::vector<SolverMotion> m_motions, m_pushes;  ///< [number]
 };
 }  // namespace CULLET_PRECISION

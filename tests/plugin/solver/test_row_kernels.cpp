@@ -60,10 +60,10 @@ struct Sample
         step.pushBelow = btScalar(-0.04);
         step.bounceAbove = btScalar(0.2);
         step.anchorVelocity = 12;
-        step.slidingRows = seed % 2 == 0 ? 2 : 1;
         step.slidesAlongVelocity = seed % 3 != 0;
         step.notesResidual = true;
         step.isSoft = seed % 4 >= 2;
+        step.slidingRows = step.isSoft || seed % 8 == 0 ? 2 : 1;
         step.share = step.isSoft ? btScalar(0.25) : btScalar(1);
         makeBodies(numbers);
         makeContacts(numbers);
