@@ -20,11 +20,14 @@ struct RowKernels
     void (*setUp)(const SolverStep& step, const SolverBodyState* states, ContactBlock& block,
                   PointSource* sources, RowBlock* rows, PushBlock* pushes, SolverMotion* motions);
 
-    /// One iteration over the rows of a block.
+    /// One iteration over the normals' rows of a block.
     ///
     /// @return the largest change of a velocity, squared
-    btScalar (*solve)(const SolverStep& step, const ContactBlock& block, RowBlock* rows,
+    btScalar (*press)(const SolverStep& step, const ContactBlock& block, RowBlock* rows,
                       SolverMotion* motions);
+
+    /// One iteration over its rows of friction.
+    btScalar (*rub)(const SolverStep& step, const ContactBlock& block, RowBlock* rows, SolverMotion* motions);
 
     /// Computes what is left of the rows of a block of joints.
     void (*setUpJoints)(const SolverStep& step, const SolverBodyState* states, JointBlock& block,

@@ -153,21 +153,6 @@ template <class Note>
         solveTurning(row, part, lesser(pressed, fill(1)), mass, pair, note);
 }
 
-template <bool kNotesResidual>
-[[gnu::always_inline]] inline void solvePoint(const SolverStep& step, const PointRows& point, RowBlock* rows,
-                                              int part, const PairMass& mass, PairMotion& pair,
-                                              Wide& residual)
-{
-    const auto note = [&](Wide change, const RowBlock& row)
-    {
-        if constexpr (kNotesResidual)
-            noteResidual(change, load(row.inverse, part), residual);
-    };
-    RowBlock& normal = rows[point.first];
-    note(solveRow(normal, part, Wide{}, fill(btScalar(BT_LARGE_FLOAT)), mass, pair), normal);
-    solveFriction(step, point, rows, part, mass, pair, note);
-}
-
 /// What setting up rows needs of the bodies of one side.
 struct Side
 {
@@ -441,28 +426,64 @@ void setUp(const SolverStep& step, const SolverBodyState* states, ContactBlock& 
         applyWarmStart(block, rows, motions);
 }
 
-template <bool kNotesResidual>
-btScalar solveBlock(const SolverStep& step, const ContactBlock& block, RowBlock* rows, SolverMotion* motions)
+/// Calls solvePoint(point, part, mass, pair, note) for the points of a block, in sweeps.
+///
+/// @param note  to be called with the change of each row and the row
+template <bool kNotesResidual, class SolvePoint>
+[[gnu::always_inline]] inline btScalar sweepPoints(const ContactBlock& block, SolverMotion* motions,
+                                                   const SolvePoint& solvePoint)
 {
     Wide residual{};
     for (int part = 0; part < kParts; ++part)
     {
+        const auto note = [&](Wide change, const RowBlock& row)
+        {
+            if constexpr (kNotesResidual)
+                noteResidual(change, load(row.inverse, part), residual);
+        };
         const PairMass mass = massesOf(block.bodies, part);
         PairMotion pair = readPair(motions, block.bodies, part);
         for (int sweep = 0; sweep < kSweeps; ++sweep)
         {
             for (int k = 0; k < block.points; ++k)
-                solvePoint<kNotesResidual>(step, block.rows[k], rows, part, mass, pair, residual);
+                solvePoint(block.rows[k], part, mass, pair, note);
         }
         writePair(pair, block.bodies, part, motions);
     }
     return kNotesResidual ? largestLane(residual) : 0;
 }
 
-btScalar solve(const SolverStep& step, const ContactBlock& block, RowBlock* rows, SolverMotion* motions)
+template <bool kNotesResidual>
+btScalar pressBlock(const ContactBlock& block, RowBlock* rows, SolverMotion* motions)
 {
-    return step.notesResidual ? solveBlock<true>(step, block, rows, motions)
-                              : solveBlock<false>(step, block, rows, motions);
+    const auto press =
+        [rows](const PointRows& point, int part, const PairMass& mass, PairMotion& pair, const auto& note)
+    {
+        RowBlock& normal = rows[point.first];
+        note(solveRow(normal, part, Wide{}, fill(btScalar(BT_LARGE_FLOAT)), mass, pair), normal);
+    };
+    return sweepPoints<kNotesResidual>(block, motions, press);
+}
+
+template <bool kNotesResidual>
+btScalar rubBlock(const SolverStep& step, const ContactBlock& block, RowBlock* rows, SolverMotion* motions)
+{
+    const auto rub = [&step, rows](const PointRows& point, int part, const PairMass& mass, PairMotion& pair,
+                                   const auto& note)
+    { solveFriction(step, point, rows, part, mass, pair, note); };
+    return sweepPoints<kNotesResidual>(block, motions, rub);
+}
+
+btScalar press(const SolverStep& step, const ContactBlock& block, RowBlock* rows, SolverMotion* motions)
+{
+    return step.notesResidual ? pressBlock<true>(block, rows, motions)
+                              : pressBlock<false>(block, rows, motions);
+}
+
+btScalar rub(const SolverStep& step, const ContactBlock& block, RowBlock* rows, SolverMotion* motions)
+{
+    return step.notesResidual ? rubBlock<true>(step, block, rows, motions)
+                              : rubBlock<false>(step, block, rows, motions);
 }
 
 /// As solveRow() for the velocity that only moves bodies apart.
@@ -754,8 +775,8 @@ void bounce(const ContactBlock& block, RowBlock* rows, PushBlock* pushes, Solver
     }
 }
 
-constexpr RowKernels kKernels = {setUp,         solve,       setUpJoints, solveJoints, push,
-                                 applyContacts, applyJoints, solveSoft,   bounce};
+constexpr RowKernels kKernels = {setUp, press,         rub,         setUpJoints, solveJoints,
+                                 push,  applyContacts, applyJoints, solveSoft,   bounce};
 }  // namespace
 }  // namespace CULLET_PRECISION
 }  // namespace cullet
