@@ -14,7 +14,7 @@ inline namespace CULLET_PRECISION
 namespace
 {
 /// Of the joints alone, before the first substep's.
-constexpr int kFirstJointIterations = 4;
+constexpr int kFirstJointIterations = 32;
 
 bool hasMode(const btContactSolverInfo& info, int mode)
 {
@@ -45,6 +45,7 @@ SolverStep softStepOf(const btContactSolverInfo& info, int substeps)
     SolverStep step = stepOf(info);
     step.isSoft = true;
     step.share = 1 / btScalar(substeps);
+    step.jointPasses = 2 * substeps;
     step.warmStart = hasMode(info, SOLVER_USE_WARMSTARTING) ? 1 : 0;
     step.relaxation = 1;
     step.slidingRows = 2;
@@ -94,6 +95,13 @@ void GroupSolver::solve(const btContactSolverInfo& info, const SolverOptions& op
     m_joints.writeBack(m_step, info);
 }
 
+/// The iterations that joints take part in, divided among the passes of a step.
+void GroupSolver::iterateJoints(int iterations, bool relaxes, ParallelLoops& loops)
+{
+    for (int i = 0; i < iterations; i += m_step.jointPasses)
+        m_joints.solve(m_step, i, relaxes, m_bodies, loops);
+}
+
 void GroupSolver::takeSubsteps(const btContactSolverInfo& info, const SolverOptions& options,
                                ParallelLoops& loops)
 {
@@ -109,12 +117,12 @@ void GroupSolver::takeSubsteps(const btContactSolverInfo& info, const SolverOpti
         m_joints.applyImpulses(m_bodies, loops);
         m_contacts.applyImpulses(m_step, m_bodies, loops);
         // Joints do not know their impulses of the last step.
-        for (int k = 0; i == 0 && k < kFirstJointIterations; ++k)
-            m_joints.solve(m_step, 0, false, m_bodies, loops);
+        if (i == 0)
+            iterateJoints(kFirstJointIterations, false, loops);
         for (const bool pushes : {true, false})
         {
             substep.pushes = pushes;
-            m_joints.solve(m_step, 0, !pushes, m_bodies, loops);
+            iterateJoints(m_joints.mostIterations(), !pushes, loops);
             m_contacts.solveSoft(m_step, substep, m_bodies, loops);
             if (pushes)
                 m_bodies.move(time);

@@ -54,6 +54,7 @@ public:
 private:
     void pushApart(const btContactSolverInfo& info);
     void iterate(const btContactSolverInfo& info, ParallelLoops& loops);
+    void iterateJoints(int iterations, bool relaxes, ParallelLoops& loops);
     void takeSubsteps(const btContactSolverInfo& info, const SolverOptions& options, ParallelLoops& loops);
 
     SolverStep m_step;

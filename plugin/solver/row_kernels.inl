@@ -598,16 +598,13 @@ btScalar solveJoints(const SolverStep& step, const JointBlock& block, const Bloc
         const PairMass mass = massesOf(block.bodies, part);
         const WideMask active = isActive != nullptr ? load(*isActive, part) > Wide{} : Wide{} == Wide{};
         PairMotion pair = readPair(motions, block.bodies, part);
-        for (int sweep = 0; sweep < (step.isSoft ? kSweeps : 1); ++sweep)
+        for (int i = 0; i < block.rows; ++i)
         {
-            for (int i = 0; i < block.rows; ++i)
-            {
-                JointRowBlock& row = rows[block.first + unsigned(i)];
-                const Wide change =
-                    solveJointRow(row, relaxes ? row.relaxed : row.target, part, active, mass, pair);
-                if (step.notesResidual)
-                    noteResidual(change, load(row.inverse, part), residual);
-            }
+            JointRowBlock& row = rows[block.first + unsigned(i)];
+            const Wide change =
+                solveJointRow(row, relaxes ? row.relaxed : row.target, part, active, mass, pair);
+            if (step.notesResidual)
+                noteResidual(change, load(row.inverse, part), residual);
         }
         writePair(pair, block.bodies, part, motions);
     }

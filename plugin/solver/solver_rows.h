@@ -178,7 +178,8 @@ struct SolverStep
     bool keepsSlides;    ///< points remember directions that do not depend on the velocity
     bool notesResidual;  ///< whether iterations may end early
     bool isSoft;
-    btScalar share;  ///< of a substep in the step; 1 without substeps
+    int jointPasses;  ///< of a soft step
+    btScalar share;   ///< of a substep in the step; 1 without substeps
 };
 }  // namespace CULLET_PRECISION
 }  // namespace cullet
