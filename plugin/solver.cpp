@@ -95,20 +95,20 @@ struct Solver::Parts
                btDispatcher* dispatcher);
     void solveByBullet(SolverRefusal refusal, const SolverGroup& group, const btContactSolverInfo& info,
                        btIDebugDraw* debugDrawer, btDispatcher* dispatcher);
-    bool tryToSolve(GroupSolver& solver, const SolverGroup& group, const btContactSolverInfo& info,
-                    ParallelLoops& with);
-    static void count(const GroupSolver& solver, SolverStats& into);
+    GroupReport tryToSolve(GroupSolver& solver, const SolverGroup& group, const btContactSolverInfo& info,
+                           ParallelLoops& with);
+    void note(const GroupReport& report, const SolverGroup& group);
     bool isAlone(const SolverTasks& what, unsigned task);
     void solve(const SolverTasks& what, std::uint32_t group);
     void solveShared(const SolverTasks& what);
+    void runShared(const SolverTasks& what);
 
     Solver& owner;
     SolverOptions options;
     ParallelLoops loops;
     std::vector<std::unique_ptr<GroupSolver>> solvers;  ///< [thread]
     std::vector<unsigned> sharedTasks;
-    std::vector<std::uint8_t> failed;  ///< [group]
-    std::vector<SolverStats> counts;   ///< [thread]
+    std::vector<GroupReport> reports;  ///< [group] of shared tasks
     SolverStats stats;
     bool hasWarned = false;
 };
@@ -145,11 +145,15 @@ void Solver::Parts::solve(const SolverGroup& group, const btContactSolverInfo& i
     if (solvers.empty())
         solvers.push_back(std::make_unique<GroupSolver>());
     SolverRefusal refusal = refusalOf(group, info);
-    if (refusal == SolverRefusal::No && !tryToSolve(*solvers[0], group, info, loops))
+    GroupReport report;
+    if (refusal == SolverRefusal::No)
+        report = tryToSolve(*solvers[0], group, info, loops);
+    if (report.outcome == GroupReport::Outcome::NoMemory)
         refusal = SolverRefusal::NoMemory;
     if (refusal != SolverRefusal::No)
-        return solveByBullet(refusal, group, info, debugDrawer, dispatcher);
-    count(*solvers[0], stats);
+        solveByBullet(refusal, group, info, debugDrawer, dispatcher);
+    else
+        note(report, group);
 }
 
 SolverRefusal Solver::Parts::refusalOf(const SolverGroup& group, const btContactSolverInfo& info)
@@ -185,26 +189,42 @@ void Solver::Parts::solveByBullet(SolverRefusal refusal, const SolverGroup& grou
                                                           info, debugDrawer, dispatcher);
 }
 
-/// @return false: no memory, and nothing has changed
-bool Solver::Parts::tryToSolve(GroupSolver& solver, const SolverGroup& group, const btContactSolverInfo& info,
-                               ParallelLoops& with)
+GroupReport Solver::Parts::tryToSolve(GroupSolver& solver, const SolverGroup& group,
+                                      const btContactSolverInfo& info, ParallelLoops& with)
 {
-    bool isSolved = true;
-    with.runRegion(workOf(group, info),
-                   [&]
-                   {
-                       try
-                       {
-                           solver.setUp(group, info, options, with);
-                       }
-                       catch (const std::bad_alloc&)
-                       {
-                           isSolved = false;
-                       }
-                       if (isSolved)
-                           solver.solve(info, options, with);
-                   });
-    return isSolved;
+    GroupReport report;
+    const auto solve = [&]
+    {
+        try
+        {
+            solver.setUp(group, info, options, with);
+        }
+        catch (const std::bad_alloc&)
+        {
+            report.outcome = GroupReport::Outcome::NoMemory;
+            return;
+        }
+        solver.solve(info, options, with);
+        report = solver.report();
+    };
+    with.runRegion(workOf(group, info), solve);
+    return report;
+}
+
+/// Counts a group, and says of it what Bullet's solver would say.
+void Solver::Parts::note(const GroupReport& report, const SolverGroup& group)
+{
+    ++stats.groups;
+    stats.contacts += report.contacts;
+    stats.joints += report.joints;
+    stats.serialConstraints += report.serialConstraints;
+    btSolverAnalyticsData& data = owner.m_analyticsData;
+    ++data.m_numSolverCalls;
+    data.m_numIterationsUsed = report.iterations;
+    data.m_islandId = group.bodyCount > 0 ? 0 : -2;
+    data.m_numBodies = group.bodyCount;
+    data.m_numContactManifolds = group.manifoldCount;
+    data.m_remainingLeastSquaresResidual = double(report.residual);
 }
 
 /// Whether all threads solve the groups of a task together, or Bullet's solver some.
@@ -248,47 +268,33 @@ void Solver::Parts::solve(const SolverTasks& what, std::uint32_t group)
 /// Solves the groups of small tasks, each on one thread.
 void Solver::Parts::solveShared(const SolverTasks& what)
 {
-    double work = 0;
-    for (const unsigned task : sharedTasks)
-        work += what.tasks.taskWork(task);
     while (solvers.size() < loops.threads())
         solvers.push_back(std::make_unique<GroupSolver>());
-    failed.assign(what.groups.size(), 0);
-    counts.assign(loops.threads(), {});
-    ParallelLoops onOneThread(1);
-    const auto solveTask = [&](unsigned index, unsigned thread)
+    reports.assign(what.groups.size(), {});
+    runShared(what);
+    for (std::uint32_t number = 0; number < reports.size(); ++number)
     {
-        const auto solveOne = [&](std::uint32_t group)
-        {
-            const bool isSolved = tryToSolve(*solvers[thread], groupOf(what, group), what.info, onOneThread);
-            failed[group] = isSolved ? 0 : 1;
-            if (isSolved)
-                count(*solvers[thread], counts[thread]);
-        };
-        what.tasks.forEachGroup(sharedTasks[index], solveOne);
-    };
-    loops.runRegion(work, [&] { loops.run(static_cast<unsigned>(sharedTasks.size()), solveTask); });
-    for (const SolverStats& of : counts)
-    {
-        stats.groups += of.groups;
-        stats.contacts += of.contacts;
-        stats.joints += of.joints;
-        stats.serialConstraints += of.serialConstraints;
-    }
-    for (std::uint32_t group = 0; group < failed.size(); ++group)
-    {
-        if (failed[group] != 0)
-            solveByBullet(SolverRefusal::NoMemory, groupOf(what, group), what.info, what.debugDrawer,
-                          what.dispatcher);
+        const SolverGroup group = groupOf(what, number);
+        if (reports[number].outcome == GroupReport::Outcome::Solved)
+            note(reports[number], group);
+        else if (reports[number].outcome == GroupReport::Outcome::NoMemory)
+            solveByBullet(SolverRefusal::NoMemory, group, what.info, what.debugDrawer, what.dispatcher);
     }
 }
 
-void Solver::Parts::count(const GroupSolver& solver, SolverStats& into)
+void Solver::Parts::runShared(const SolverTasks& what)
 {
-    ++into.groups;
-    into.contacts += solver.contacts();
-    into.joints += solver.joints();
-    into.serialConstraints += solver.serialConstraints();
+    double work = 0;
+    for (const unsigned task : sharedTasks)
+        work += what.tasks.taskWork(task);
+    const auto solveTask = [&](unsigned index, unsigned thread)
+    {
+        ParallelLoops onOneThread(1);
+        const auto solveOne = [&](std::uint32_t group)
+        { reports[group] = tryToSolve(*solvers[thread], groupOf(what, group), what.info, onOneThread); };
+        what.tasks.forEachGroup(sharedTasks[index], solveOne);
+    };
+    loops.runRegion(work, [&] { loops.run(static_cast<unsigned>(sharedTasks.size()), solveTask); });
 }
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

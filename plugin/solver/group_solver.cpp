@@ -34,7 +34,7 @@ SolverStep stepOf(const btContactSolverInfo& info)
     step.slidingRows = hasMode(info, SOLVER_USE_2_FRICTION_DIRECTIONS) ? 2 : 1;
     step.slidesAlongVelocity = !hasMode(info, SOLVER_DISABLE_VELOCITY_DEPENDENT_FRICTION_DIRECTION);
     step.keepsSlides = !step.slidesAlongVelocity && step.slidingRows == 2;
-    step.notesResidual = info.m_leastSquaresResidualThreshold > 0;
+    step.notesResidual = info.m_leastSquaresResidualThreshold > 0 || (info.m_reportSolverAnalytics & 1) != 0;
     step.share = 1;
     return step;
 }
@@ -102,6 +102,18 @@ void GroupSolver::iterateJoints(int iterations, bool relaxes, ParallelLoops& loo
         m_joints.solve(m_step, i, relaxes, m_bodies, loops);
 }
 
+GroupReport GroupSolver::report() const
+{
+    GroupReport report;
+    report.outcome = GroupReport::Outcome::Solved;
+    report.iterations = m_iterations;
+    report.residual = m_step.notesResidual ? m_residual : btScalar(-1);
+    report.contacts = m_contacts.size();
+    report.joints = m_joints.size();
+    report.serialConstraints = m_contacts.plan().serialConstraints() + m_joints.plan().serialConstraints();
+    return report;
+}
+
 void GroupSolver::takeSubsteps(const btContactSolverInfo& info, const SolverOptions& options,
                                ParallelLoops& loops)
 {
@@ -111,6 +123,7 @@ void GroupSolver::takeSubsteps(const btContactSolverInfo& info, const SolverOpti
     SoftStep substep{1 / time, options.pushSpeed, softContact(frequency, options.contactDamping, time),
                      softContact(2 * frequency, options.contactDamping, time), true};
     m_bodies.beginSubsteps();
+    m_iterations = options.substeps;
     for (int i = 0; i < options.substeps; ++i)
     {
         m_bodies.addForces(i, m_step.share);
@@ -146,12 +159,13 @@ void GroupSolver::pushApart(const btContactSolverInfo& info)
 void GroupSolver::iterate(const btContactSolverInfo& info, ParallelLoops& loops)
 {
     const int iterations = std::max(info.m_numIterations, m_joints.mostIterations());
-    for (int i = 0; i < iterations; ++i)
+    for (m_iterations = 0; m_iterations < iterations;)
     {
-        btScalar residual = m_joints.solve(m_step, i, false, m_bodies, loops);
-        if (i < info.m_numIterations)
-            residual = std::max(residual, m_contacts.solve(m_step, m_bodies, loops));
-        if (m_step.notesResidual && residual <= info.m_leastSquaresResidualThreshold)
+        m_residual = m_joints.solve(m_step, m_iterations, false, m_bodies, loops);
+        if (m_iterations < info.m_numIterations)
+            m_residual = std::max(m_residual, m_contacts.solve(m_step, m_bodies, loops));
+        ++m_iterations;
+        if (m_step.notesResidual && m_residual <= info.m_leastSquaresResidualThreshold)
             return;
     }
 }

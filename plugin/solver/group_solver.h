@@ -7,6 +7,8 @@
 #include "cullet/plugin/solver/joint_set.h"
 #include "cullet/plugin/solver/solver_bodies.h"
 
+#include <cstdint>
+
 class btCollisionObject;
 class btPersistentManifold;
 class btTypedConstraint;
@@ -29,6 +31,23 @@ struct SolverGroup
     int jointCount;
 };
 
+/// What became of a group.
+struct GroupReport
+{
+    enum class Outcome : std::uint8_t
+    {
+        None,  ///< not tried
+        Solved,
+        NoMemory  ///< and nothing has changed
+    };
+    Outcome outcome = Outcome::None;
+    int iterations = 0;  ///< with substeps: their number
+    btScalar residual =
+        -1;  ///< the largest change of a velocity in the last iteration, squared; -1: not asked for
+    std::uint32_t contacts = 0, joints = 0;
+    std::uint32_t serialConstraints = 0;  ///< those that no other one of their colour can run beside
+};
+
 /// Solves groups, one at a time, with memory that it keeps.
 class GroupSolver
 {
@@ -42,14 +61,8 @@ public:
     /// Solves what setUp() read, and changes bodies, points and joints.
     void solve(const btContactSolverInfo& info, const SolverOptions& options, ParallelLoops& loops);
 
-    // Of the last group.
-    std::uint32_t contacts() const { return m_contacts.size(); }
-    std::uint32_t joints() const { return m_joints.size(); }
-    /// Constraints that no other one of their colour can run beside.
-    std::uint32_t serialConstraints() const
-    {
-        return m_contacts.plan().serialConstraints() + m_joints.plan().serialConstraints();
-    }
+    /// Of the last group.
+    GroupReport report() const;
 
 private:
     void pushApart(const btContactSolverInfo& info);
@@ -58,6 +71,8 @@ private:
     void takeSubsteps(const btContactSolverInfo& info, const SolverOptions& options, ParallelLoops& loops);
 
     SolverStep m_step;
+    int m_iterations = 0;
+    btScalar m_residual = 0;
     SolverBodies m_bodies;
     JointSet m_joints;
     ContactSet m_contacts;
