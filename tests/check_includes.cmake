@@ -115,8 +115,9 @@ room(plugin/convex MAY base base/threads broad narrow/math narrow/box narrow/hul
 room(plugin/mesh MAY narrow/math narrow/hull narrow/gjk plugin/core plugin/shapes plugin/contact plugin/convex)
 room(plugin/queries MAY base base/threads mid plugin/core)
 room(plugin/step MAY broad plugin/core)
+room(plugin/solver MAY base base/threads plugin/core plugin/step)
 room(plugin MAY base base/threads broad broad/queries cuda plugin/core plugin/pair_cache plugin/proxies plugin/pair_sync plugin/shapes
-    plugin/contact plugin/convex plugin/mesh plugin/queries plugin/step)
+    plugin/contact plugin/convex plugin/mesh plugin/queries plugin/solver plugin/step)
 
 # Against those arrows still: parts of one class in several rooms, and options in the header that users include.
 set(back_edges

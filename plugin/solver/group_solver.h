@@ -2,10 +2,10 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "cullet/plugin/solver.h"
 #include "cullet/plugin/solver/contact_set.h"
 #include "cullet/plugin/solver/joint_set.h"
 #include "cullet/plugin/solver/solver_bodies.h"
+#include "cullet/plugin/solver/solver_options.h"
 
 #include <cstdint>
 
