@@ -5,10 +5,12 @@
 
 #include "cullet/broad/psap/exec/host_exec.h"
 #include "cullet/broad/psap/update/delta_output.h"
+#include "cullet/broad/psap/update/update_buffers.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <numeric>
 #include <random>
@@ -405,5 +407,28 @@ TEST_F(LargeIdDeltaOutputs, OrderChangesOfLargestIds)
     EXPECT_TRUE(wentByBuckets());
     expectNamed(star(9000), {});
     EXPECT_FALSE(wentByBuckets());
+}
+
+/// Of an update that failed, or inserted pairs and was not completed, nothing may be found in the next one.
+TEST(PsapUndecidedPairs, AreNoneInATableThatWasInUse)
+{
+    psap::HostExec exec({});
+    psap::UndecidedPairs<psap::HostExec> pairs;
+    for (const std::uint64_t room : {4u, 4u, 40u, 40u, 4u})
+    {
+        pairs.grow(exec, room);
+        pairs.use(exec);
+        std::uint64_t count = 0;
+        const LookupTable table = pairs.table(&count);
+        ASSERT_GE(table.limit(), room);
+        EXPECT_EQ(std::count(table.slots, table.slots + table.mask + 1, LookupTable::kFree),
+                  static_cast<std::ptrdiff_t>(table.mask + 1))
+            << room;
+        for (std::uint32_t i = 0; i < 4; ++i)
+            table.insert({i, i + 1});
+        EXPECT_EQ(count, 4u);
+        EXPECT_TRUE(table.contains({3, 4}));
+        pairs.setFree(false);
+    }
 }
 }  // namespace cullet::test

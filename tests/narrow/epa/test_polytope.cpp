@@ -176,6 +176,28 @@ TEST(Polytope, FindsFootInFaceThatIsLevelWithClosestOne)
     EXPECT_GT(elsewhere, 0);
 }
 
+/// The neighbour of the closest face rises from their common side, so that the surface has a dent there; the foot on the
+/// plane of the closest face is beyond that side, under the neighbour.
+TEST(Polytope, FindsFootInTheFaceByWhichTheRayLeaves)
+{
+    const Points points = {{-0.1, -10, 1}, {-0.1, 10, 1}, {-10, 0, 1},
+                           {10, 0, 2.01},  {5, -15, -1},  {0, 0, -30}};
+    const Corners lowest = {0, 1, 2}, neighbour = {0, 3, 1}, slope = {0, 4, 3};
+    std::vector<Corners> faces = {lowest,    neighbour, slope,     {2, 1, 5},
+                                  {0, 2, 5}, {1, 3, 5}, {4, 0, 5}, {3, 4, 5}};
+    for (std::size_t i = 0; i < faces.size(); ++i)
+    {
+        Polytope surface = surfaceOf(points, faces);
+        expectClosed(surface);
+        const Polytope::Face closest = surface.closestFace();
+        ASSERT_EQ(closest.vertex, lowest);
+        const Polytope::Foot foot = surface.footOf(closest, 100.0);
+        EXPECT_EQ(foot.vertex, neighbour) << i;
+        EXPECT_NEAR(foot.miss, 0.01, 1e-12) << i;
+        std::rotate(faces.begin(), faces.begin() + 1, faces.end());
+    }
+}
+
 template <class S>
 void checkLevelNeighbours()
 {

@@ -147,6 +147,64 @@ TYPED_TEST(FeaturePairTest, GivesSameBitsHoweverFeaturesWereFound)
     EXPECT_GT(compared, 1000);
 }
 
+/// All bounds are relative, so a power of two changes no digit.
+TYPED_TEST(FeaturePairTest, ScalesWithShapesByPowersOfTwoBitByBit)
+{
+    using S = TypeParam;
+    constexpr unsigned kSeed = 17;
+    std::vector<NamedPoints> shapes = queryShapes();
+    shapes.push_back({"square", {{1, 1, 0}, {1, -1, 0}, {-1, -1, 0}, {-1, 1, 0}}});
+    shapes.push_back({"pentagon", moved(prismPoints(5, 0.0), Eigen::Matrix3d::Identity(), {0.3, 0.2, 0.1})});
+    const Points box = boxPoints(0.6, 0.5, 0.7);
+    const Hull<S> hullB = hullOf<S>(box);
+    std::array<int, 2> solved = {};
+    int flat = 0;
+    for (const double size : {std::ldexp(1.0, -20), std::ldexp(1.0, 20)})
+    {
+        std::mt19937 engine(kSeed);
+        const Hull<S> sizedHullB = hullOf<S>(scaled(box, size));
+        for (const NamedPoints& shape : shapes)
+        {
+            const Hull<S> hullA = hullOf<S>(shape.points), sizedHullA = hullOf<S>(scaled(shape.points, size));
+            for (int i = 0; i < 60; ++i)
+            {
+                SCOPED_TRACE(testing::Message()
+                             << shape.name << " seed " << kSeed << " pose " << i << " size " << size);
+                PairScene<S> scene = randomPair(hullA, hullB, 0.1, 2.0, engine);
+                GjkCache<S> cache;
+                const GjkResult<S> near =
+                    gjkDistance(scene.posedA(), scene.posedB(), std::numeric_limits<S>::infinity(), cache);
+                if (near.state != GjkState::Near)
+                    continue;
+                const Eigen::Vector3d about = near.axis.template cast<double>();
+                const bool isDeep = i % 2 != 0;
+                if (isDeep)
+                    scene.a.origin -= near.axis * (near.distance + S(0.01));
+                PairScene<S> sized = scene;
+                sized.hullA = &sizedHullA;
+                sized.hullB = &sizedHullB;
+                sized.a.origin *= S(size);
+                sized.b.origin *= S(size);
+                const PosedHull<S> a = scene.posedA(), b = scene.posedB();
+                const PosedHull<S> sizedA = sized.posedA(), sizedB = sized.posedB();
+                FeaturePair<S> pair(a, b), sizedPair(sizedA, sizedB);
+                const bool isSolved = pair.solve(pairsOf(cache), about, isDeep);
+                ASSERT_EQ(sizedPair.solve(pairsOf(cache), about, isDeep), isSolved);
+                if (!isSolved)
+                    continue;
+                ++solved[isDeep ? 1 : 0];
+                flat += hullA.kind() == HullKind::Polygon ? 1 : 0;
+                EXPECT_EQ(sizedPair.distance(), size * pair.distance());
+                EXPECT_EQ(sizedPair.normal(), pair.normal());
+                EXPECT_EQ(sizedPair.pointOfB(), size * pair.pointOfB());
+            }
+        }
+    }
+    EXPECT_GT(solved[0], 300);
+    EXPECT_GT(solved[1], 100);
+    EXPECT_GT(flat, 50);
+}
+
 /// The closest features of an earlier pose are accepted only while they are the closest.
 TYPED_TEST(FeaturePairTest, RefusesFeaturesThatAreNotTheClosest)
 {

@@ -1,10 +1,12 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 #include "cullet/narrow/build/hull_builder.h"
+#include "cullet/narrow/math/simplex.h"
 #include "cullet/tests/narrow/shapes.h"
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -236,6 +238,53 @@ TEST(FaceMerger, MakesSimpleOutlinesForEveryTolerance)
                                &merged.corners()[polygon.begin] + polygon.count);
         expectPolyhedron(faces, merged.edges());
     }
+}
+
+/// From a point to the nearest triangle of the fans of all polygons.
+double distanceToPolygons(const Points& points, const FaceMerger& merged, const Eigen::Vector3d& p)
+{
+    double least2 = std::numeric_limits<double>::infinity();
+    for (const FaceMerger::Polygon& polygon : merged.polygons())
+    {
+        const std::int32_t* const corners = &merged.corners()[polygon.begin];
+        for (std::int32_t i = 2; i < polygon.count; ++i)
+        {
+            const SimplexPoints fan = {
+                points[corners[0]] - p, points[corners[i - 1]] - p, points[corners[i]] - p, {}};
+            least2 = std::min(least2, closestOnSimplex(fan, 3).length2);
+        }
+    }
+    return std::sqrt(least2);
+}
+
+TEST(FaceMerger, LeavesEveryVertexNearThePolygons)
+{
+    constexpr unsigned kSeed = 65;
+    std::mt19937 engine(kSeed);
+    int left = 0, dropped = 0;
+    double worst = 0.0;
+    for (int i = 0; i < 600; ++i)
+    {
+        // A lens: its two sides merge to one polygon each, and its rim has hardly a corner of its own.
+        const double height = between(engine, 0.002, 0.02), tolerance = height * between(engine, 1.5, 3.0);
+        const unsigned seed = static_cast<unsigned>(engine());
+        const Points points =
+            ellipsoidPoints(20 + upTo(engine, 60), {1.0, between(engine, 0.3, 1.0), height}, seed);
+        const Quickhull surface(points, seedOf(points));
+        const FaceMerger merged(points, surface.triangles(), tolerance);
+        std::set<std::int32_t> vertices;
+        for (const Quickhull::Triangle& triangle : surface.triangles())
+            vertices.insert(triangle.vertex.begin(), triangle.vertex.end());
+        const std::set<std::int32_t> corners(merged.corners().begin(), merged.corners().end());
+        left += static_cast<int>(corners.size());
+        dropped += static_cast<int>(vertices.size() - corners.size());
+        for (const std::int32_t vertex : vertices)
+            worst = std::max(worst, distanceToPolygons(points, merged, points[vertex]) / tolerance);
+    }
+    // Four across an edge, and one from the plane.
+    EXPECT_LE(worst, 5.0) << "seed " << kSeed;
+    EXPECT_GT(left, 1000);
+    EXPECT_GT(dropped, 1000);
 }
 
 TEST(ScaledNormal, HasTheSameBitsFromWhicheverCornerATriangleStarts)

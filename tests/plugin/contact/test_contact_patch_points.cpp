@@ -6,8 +6,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
+#include <random>
 
 namespace cullet::test
 {
@@ -247,6 +249,54 @@ TEST(ContactPatchPoints, IncludeFourthBeyondTriangleWhenAllLieOnOneSide)
     EXPECT_NEAR(lengthOf(places, Vector3d::UnitY()), 2.0, 1e-3);
     // The largest triangle has an area of 1.
     EXPECT_GT(areaOf(places, Vector3d::UnitY()), 1.15);
+}
+
+/// How much a triangle grows by a point, twice the area seen from above: the point is outside of one of the two sides at
+/// the last corner.
+double growth(const Corners& triangle, const Vector3d& p)
+{
+    const auto twice = [](const Vector3d& a, const Vector3d& b, const Vector3d& c)
+    { return (b - a).cross(c - a).y(); };
+    const double turn = twice(triangle[0], triangle[1], triangle[2]) > 0.0 ? -1.0 : 1.0;
+    return std::max(turn * twice(triangle[1], triangle[2], p), turn * twice(triangle[2], triangle[0], p));
+}
+
+TEST(ContactPatchPoints, IncludeTheCornerByWhichTheirTriangleGrowsMost)
+{
+    constexpr unsigned kSeed = 71;
+    std::mt19937 engine(kSeed);
+    std::uniform_real_distribution<double> depths(0.3, 1.0), shifts(-0.4, 0.4);
+    int besideFirst = 0, besideSecond = 0;
+    for (int i = 0; i < 200; ++i)
+    {
+        SCOPED_TRACE(testing::Message() << "seed " << kSeed << ", body " << i);
+        // A part of an ellipse on one side of the line through the deepest corner and the farthest from it.
+        const double side = i % 2 == 0 ? 1.0 : -1.0, depth = side * depths(engine);
+        const int arc = 4 + i % 3;
+        Points bottom, points;
+        for (int k = 0; k <= arc; ++k)
+        {
+            const double shift = k % arc == 0 ? 0.0 : shifts(engine);
+            const double angle = 3.14159265358979323846 * (k + shift) / arc;
+            bottom.push_back({std::cos(angle), 0.0, depth * std::sin(angle)});
+            points.insert(points.end(), {bottom.back(), bottom.back() + Vector3d::UnitY()});
+        }
+        OverFloor body(points);
+        const Matrix3d turn = about(Vector3d(-0.2 * side, 0, -1), 0.03 * kDegree);
+        const ContactPatch patch = body.patch(turn);
+        ASSERT_EQ(patch.count, 4);
+        const Corners places = body.places(patch);
+        const Corners triangle(places.begin(), places.begin() + 3);
+        double most = 0.0;
+        for (const Vector3d& corner : bottom)
+            most = std::max(most, growth(triangle, turn * corner));
+        // Twice the margin that a later corner must be better by.
+        EXPECT_GE(growth(triangle, places[3]), most - 8e-3);
+        const bool isBesideFirst = (places[3] - triangle[0]).norm() < (places[3] - triangle[1]).norm();
+        ++(isBesideFirst ? besideFirst : besideSecond);
+    }
+    EXPECT_GT(besideFirst, 20);
+    EXPECT_GT(besideSecond, 20);
 }
 
 TEST(ContactPatchPoints, LieAtCornersOfCongruentFacesDespiteSmallTurn)

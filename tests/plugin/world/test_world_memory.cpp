@@ -62,14 +62,25 @@ private:
 
 constexpr int kSteps = 4;
 
-/// Hashes of the steps of a scene with islands, joints and a shared body.
-///
+/// No body touches another: there are as many islands as bodies, and each is a group.
+class LoneBodies : public StepScene
+{
+public:
+    explicit LoneBodies(btDiscreteDynamicsWorld& world) : StepScene(world)
+    {
+        world.getSolverInfo().m_minimumSolverBatchSize = 1;
+        btSphereShape& ball = makeShape<btSphereShape>(btScalar(0.5));
+        for (int i = 0; i < 16; ++i)
+            addBody(ball, 1, vec(3 * i, 5, 0));
+    }
+    int events() const override { return static_cast<int>(bodies().size()); }
+};
+
 /// @param prepare called with the number of each step
 template <class StageT, class Prepare>
-std::vector<std::uint64_t> hashesOf(StageT& stage, const Prepare& prepare)
+std::vector<std::uint64_t> hashesOf(MakeScene make, StageT& stage, const Prepare& prepare)
 {
-    const NamedScene odd = jointScenes()[1];
-    const auto scene = odd.make(stage.world);
+    const auto scene = make(stage.world);
     std::vector<std::uint64_t> hashes;
     for (int step = 0; step < kSteps; ++step)
     {
@@ -80,10 +91,11 @@ std::vector<std::uint64_t> hashesOf(StageT& stage, const Prepare& prepare)
     return hashes;
 }
 
-TEST(WorldMemory, StepsAsBulletWhenAnyAllocationFails)
+/// @return allocations
+std::uint64_t checkThatEachMayFail(MakeScene make)
 {
     Stage<btDiscreteDynamicsWorld> bullet;
-    const auto expected = hashesOf(bullet, [](int) {});
+    const auto expected = hashesOf(make, bullet, [](int) {});
     std::uint64_t failed = 0, parallel = 0;
     for (bool hasFailed = true; hasFailed; ++failed)
     {
@@ -95,14 +107,25 @@ TEST(WorldMemory, StepsAsBulletWhenAnyAllocationFails)
             if (step % 2 == 0)
                 own.world.setUpdateThreads(step == 0 ? 3 : 2);
         };
-        EXPECT_EQ(hashesOf(own, setThreads), expected) << "without allocation " << failed;
+        EXPECT_EQ(hashesOf(make, own, setThreads), expected) << "without allocation " << failed;
         const SerialIslands reason = own.world.islandStats().serial;
         EXPECT_TRUE(reason == SerialIslands::No || reason == SerialIslands::NoMemory) << int(reason);
         parallel += reason == SerialIslands::No;
         hasFailed = own.world.hasFailed;
     }
-    EXPECT_GT(failed, 15u);
     EXPECT_GT(parallel, failed / 2) << "the next steps have memory again";
+    return failed;
+}
+
+TEST(WorldMemory, StepsAsBulletWhenAnyAllocationFails)
+{
+    // Islands, joints and a shared body.
+    EXPECT_GT(checkThatEachMayFail(jointScenes()[1].make), 15u);
+}
+
+TEST(WorldMemory, StepsAsBulletWhenAnyAllocationFailsAndEachBodyIsAGroup)
+{
+    EXPECT_GT(checkThatEachMayFail(makeScene<LoneBodies>), 10u);
 }
 }  // namespace
 }  // namespace cullet::test
