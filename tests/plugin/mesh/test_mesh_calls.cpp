@@ -8,6 +8,8 @@
 #include <BulletCollision/CollisionDispatch/btConvexConvexAlgorithm.h>
 #include <gtest/gtest.h>
 
+#include <cstddef>
+#include <set>
 #include <stdexcept>
 #include <vector>
 
@@ -167,6 +169,44 @@ TEST_F(MeshCalls, ReportEveryTriangleToQueries)
     btDispatcherInfo info;
     pair.algorithm().processCollision(&wrapA, &wrapB, info, &reports);
     EXPECT_GE(reports.count, 2);
+}
+
+/// Which triangles are reported.
+struct TriangleReports : btManifoldResult
+{
+    TriangleReports(const btCollisionObjectWrapper* a, const btCollisionObjectWrapper* b)
+        : btManifoldResult(a, b)
+    {
+    }
+    void setShapeIdentifiersB(int, int index) override { triangle = index; }
+    void addContactPoint(const btVector3&, const btVector3&, btScalar) override
+    {
+        triangles.insert(triangle);
+    }
+    int triangle = -1;
+    std::set<int> triangles;
+};
+
+/// Contacts are reduced to a few for the solver; a query is shown all of them.
+TEST_F(MeshCalls, ReportEachOfManyTrianglesToQueries)
+{
+    TriangleSoup tiles;
+    constexpr int kTiles = 6;
+    for (int i = 0; i < kTiles * kTiles; ++i)
+    {
+        const btVector3 at = vec(0.2 * (i % kTiles) - 0.6, 0, 0.2 * (i / kTiles) - 0.6);
+        const btVector3 x = vec(0.2, 0, 0), z = vec(0, 0, 0.2);
+        for (const btVector3& corner : {at, at + x, at + z, at + x, at + x + z, at + z})
+            tiles.corners.push_back(corner);
+    }
+    MeshBench pair(Loop::Ours, box, tiles);
+    EXPECT_EQ(pair.step(pose, ground).getNumContacts(), 4);
+    const btCollisionObjectWrapper wrapA(nullptr, &box, &pair.convex(), pose, -1, -1);
+    const btCollisionObjectWrapper wrapB(nullptr, &tiles, &pair.mesh(), ground, -1, -1);
+    TriangleReports reports(&wrapA, &wrapB);
+    btDispatcherInfo info;
+    pair.algorithm().processCollision(&wrapA, &wrapB, info, &reports);
+    EXPECT_EQ(reports.triangles.size(), std::size_t(2 * kTiles * kTiles));
 }
 }  // namespace
 }  // namespace cullet::test
