@@ -12,15 +12,24 @@
 
 #include <cmath>
 #include <cstdint>
+#include <new>
 #include <vector>
 
 namespace cullet::test
 {
-/// HostExec with extra lanes that records the searches.
+/// HostExec with extra lanes that records the searches, and may run out of memory.
 class WatchedExec : public psap::HostExec
 {
 public:
     using HostExec::HostExec;
+
+    template <class T>
+    void reserve(psap::HostBuffer<T>& buffer, std::uint64_t count)
+    {
+        if (reservesLeft-- == 0)
+            throw std::bad_alloc();
+        HostExec::reserve(buffer, count);
+    }
 
     bool hasSpareLanes() const { return true; }
 
@@ -41,6 +50,7 @@ public:
 
     bool canSearchTiles(const psap::TileShape& shape) const { return shape.tiles <= mostTiles; }
 
+    int reservesLeft = -1;  ///< before one that fails
     int searchesOfBins = 0;
     int searchesOfTiles = 0;
     psap::TileShape lastShape{};

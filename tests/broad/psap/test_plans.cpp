@@ -167,5 +167,33 @@ TEST(PsapPlans, AvoidFullTilesWhenRemadeOftenWhileBoxesMoveAway)
     EXPECT_GT(fullOnce, 0);
     EXPECT_EQ(often.find(boxes), everyPair(boxes));
 }
+
+TEST(PsapPlans, AreMadeAfterAReservationThatFailed)
+{
+    Random random(12);
+    const std::vector<Aabb> boxes = cubesIn(400, 4, random);
+    const Pairs expected = pairsByCounting(boxes);
+    for (const PsapOrder order : {PsapOrder::Automatic, PsapOrder::Counting, PsapOrder::Radix})
+    {
+        SCOPED_TRACE(static_cast<int>(order));
+        int failed = 0;
+        for (bool isMet = true; isMet; failed += isMet ? 1 : 0)
+        {
+            WatchedSearch search(order);
+            search.exec.reservesLeft = failed;
+            try
+            {
+                search.find(boxes);
+                isMet = false;
+            }
+            catch (const std::bad_alloc&)
+            {
+                search.exec.reservesLeft = -1;
+                EXPECT_EQ(search.find(boxes), expected) << "seed 12, reservation " << failed;
+            }
+        }
+        EXPECT_GT(failed, 5);
+    }
+}
 }  // namespace
 }  // namespace cullet::test
