@@ -106,6 +106,44 @@ TEST(IsaGjkThreads, BuildEachGraphOnlyOnce)
     EXPECT_EQ(hullCacheStats().buildsTotal, before + 20);
 }
 
+TEST(IsaGjkThreads, BuildOneGraphForEqualPointsThatEachHasWritten)
+{
+    constexpr int kThreads = 4, kShapes = 20, kRounds = 15, kPoints = 40;
+    struct Edited
+    {
+        explicit Edited(unsigned seed) : shape(makeHullShape(ballPoints(kPoints, 0.5, seed)))
+        {
+            use.hullOf(*shape, 0);
+        }
+        void write(const std::vector<btVector3>& points)
+        {
+            for (int i = 0; i < kPoints; ++i)
+                shape->getUnscaledPoints()[i] = points[static_cast<std::size_t>(i)];
+        }
+        std::unique_ptr<btConvexHullShape> shape;
+        HullUse use;
+    };
+    std::vector<std::unique_ptr<Edited>> edited;
+    for (unsigned i = 0; i < kThreads * kShapes; ++i)
+        edited.push_back(std::make_unique<Edited>(1000 + i));
+    const std::uint64_t before = hullCacheStats().buildsTotal;
+    for (unsigned round = 0; round < kRounds; ++round)
+    {
+        for (std::size_t i = 0; i < edited.size(); ++i)
+            edited[i]->write(ballPoints(kPoints, 0.5, 2000 + kShapes * round + unsigned(i % kShapes)));
+        onThreads(kThreads,
+                  [&](std::size_t thread)
+                  {
+                      for (std::size_t i = 0; i < kShapes; ++i)
+                      {
+                          Edited& own = *edited[thread * kShapes + i];
+                          EXPECT_EQ(own.use.graphOf(*own.shape, 0)->vertexCount(), kPoints);
+                      }
+                  });
+        ASSERT_EQ(hullCacheStats().buildsTotal, before + kShapes * (round + 1)) << round;
+    }
+}
+
 TEST(IsaGjkThreads, KeepGraphsInUseWhileOthersForgetThem)
 {
     std::vector<std::unique_ptr<btConvexHullShape>> shapes;
