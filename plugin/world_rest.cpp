@@ -28,8 +28,8 @@ namespace
 /// Objects per task.
 constexpr std::size_t kGrain = 1024;
 
-/// Nanoseconds per object.
-constexpr double kCostOfObject = 8;
+/// Nanoseconds per object whose marks are read, and additionally per box that is compared: both wait for memory.
+constexpr double kCostOfMarks = 12, kCostOfBox = 20;
 
 /// Objects between the prefetch of an object and that of its proxy, and between the latter and its use.
 constexpr std::size_t kAhead = 12;
@@ -102,7 +102,8 @@ struct WorldRest::Parts
     std::unique_ptr<ParallelLoops> workers = std::make_unique<ParallelLoops>(0);
     Known known = Known::No;
     Indices restless;
-    std::vector<std::size_t> ends;  ///< [task] end of its part of the indices
+    Indices found;                  ///< those of each task, from where its objects begin
+    std::vector<std::size_t> ends;  ///< [task] end of its part of what was found
     std::size_t objects = 0;        ///< of the world when it was searched
     std::uint64_t pairVersion = 0;  ///< of the pair cache, when the boxes were set
     WorldRestStats stats;
@@ -214,11 +215,13 @@ bool WorldRest::Parts::find(btCollisionWorld& world)
     return true;
 }
 
-/// Each task writes to its own part of the list. Throws std::bad_alloc.
+/// Each task writes to its own part of a list. Throws std::bad_alloc.
 void WorldRest::Parts::search(const Search& search)
 {
     const auto tasks = static_cast<unsigned>((objects + kGrain - 1) / kGrain);
-    restless.resize(objects);
+    if (found.size() < objects)
+        found.resize(objects);
+    restless.reserve(objects);
     ends.resize(tasks);
     const auto runTask = [&](unsigned task)
     {
@@ -227,17 +230,17 @@ void WorldRest::Parts::search(const Search& search)
         for (std::size_t i = task * kGrain; i < std::min(objects, (task + 1) * kGrain); ++i)
         {
             prefetchAhead(search.objects, i, search.updatesAll);
-            restless[end] = static_cast<int>(i);
+            found[end] = static_cast<int>(i);
             end += !search.isAtRest(*search.objects[static_cast<int>(i)], shapes);
         }
         ends[task] = end;
     };
-    workers->runRegion(kCostOfObject * double(objects), [&] { workers->run(tasks, runTask); });
-    auto last = restless.begin() + std::ptrdiff_t(ends[0]);
-    for (std::size_t task = 1; task < tasks; ++task)
-        last = std::copy(restless.begin() + std::ptrdiff_t(task * kGrain),
-                         restless.begin() + std::ptrdiff_t(ends[task]), last);
-    restless.erase(last, restless.end());
+    const double costOfObject = kCostOfMarks + (search.updatesAll ? kCostOfBox : 0.0);
+    workers->runRegion(costOfObject * double(objects), [&] { workers->run(tasks, runTask); });
+    restless.clear();
+    for (std::size_t task = 0; task < tasks; ++task)
+        restless.insert(restless.end(), found.begin() + std::ptrdiff_t(task * kGrain),
+                        found.begin() + std::ptrdiff_t(ends[task]));
 }
 }  // namespace CULLET_PRECISION
 }  // namespace cullet
