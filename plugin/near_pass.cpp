@@ -7,6 +7,7 @@
 #include "cullet/plugin/convex/serial_reason.h"
 #include "cullet/plugin/core/dynamic_type.h"
 #include "cullet/plugin/pair_cache/pair_cache.h"
+#include "cullet/plugin/step/prefetch_step.h"
 
 #include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
 
@@ -43,6 +44,8 @@ Dispatcher::NearPass::NearPass(Dispatcher& dispatcher, btOverlappingPairCache& c
     : m_dispatcher(dispatcher),
       m_cache(cache),
       m_pairs(cache.getOverlappingPairArrayPtr()),
+      m_unreadPairs(dispatcher.m_idle.empty() && isExactly<PairCache>(cache) ? static_cast<PairCache*>(&cache)
+                                                                             : nullptr),
       m_info(info),
       m_jobs(*dispatcher.m_jobs),
       m_kinds(dispatcher, dispatcher.m_isaGjk, dispatcher.m_doubleDispatchContactPoints,
@@ -88,6 +91,8 @@ SerialReason Dispatcher::NearPass::serialReason() const
 
 bool Dispatcher::NearPass::processOverlap(btBroadphasePair& pair)
 {
+    if (m_unreadPairs != nullptr)
+        prefetchAhead(pair);
     if (isIdle(pair))
     {
         noteForeign(pair);
@@ -110,6 +115,21 @@ bool Dispatcher::NearPass::isIdle(const btBroadphasePair& pair) const
     const auto place = static_cast<std::size_t>(&pair - m_pairs);
     const auto& idle = m_dispatcher.m_idle;
     return place < idle.size() && pair.m_algorithm != nullptr && idle[place] == pair.m_algorithm;
+}
+
+/// Prefetches the proxies of a later pair, and of an earlier one what shows whether its bodies are awake. Callbacks of
+/// the pass may have changed the array.
+[[gnu::always_inline]] inline void Dispatcher::NearPass::prefetchAhead(const btBroadphasePair& pair) const
+{
+    const std::ptrdiff_t left =
+        m_unreadPairs->getOverlappingPairArrayPtr() + m_unreadPairs->getNumOverlappingPairs() - &pair;
+    if (left <= 2 * kPrefetchDistance)
+        return;
+    const btBroadphasePair* const ahead = &pair;
+    __builtin_prefetch(ahead[2 * kPrefetchDistance].m_pProxy0);
+    __builtin_prefetch(ahead[2 * kPrefetchDistance].m_pProxy1);
+    prefetchState(ahead[kPrefetchDistance].m_pProxy0->m_clientObject);
+    prefetchState(ahead[kPrefetchDistance].m_pProxy1->m_clientObject);
 }
 
 /// Notes whether a pair with an awake body may call the application. After the first one the others are not examined.

@@ -14,6 +14,7 @@ namespace cullet
 inline namespace CULLET_PRECISION
 {
 class IsaGjkAlgorithm;
+class PairCache;
 
 /// Null for a pair with another algorithm, or with one of another dispatcher.
 IsaGjkAlgorithm* isaGjkOf(const btBroadphasePair& pair, const btDispatcher& dispatcher);
@@ -44,6 +45,7 @@ public:
 private:
     SerialReason serialReason() const;
     bool isIdle(const btBroadphasePair& pair) const;
+    void prefetchAhead(const btBroadphasePair& pair) const;
     bool usesOwnNearCallback() const
     {
         return m_dispatcher.getNearCallback() == m_dispatcher.m_ownNearCallback;
@@ -61,6 +63,7 @@ private:
     Dispatcher& m_dispatcher;
     const btOverlappingPairCache& m_cache;
     const btBroadphasePair* m_pairs;
+    const PairCache* m_unreadPairs;  ///< the cache if no search for idle pairs has read its bodies, else null
     const btDispatcherInfo& m_info;
     ContactJobs& m_jobs;
     PairKinds m_kinds;
