@@ -46,6 +46,7 @@ Dispatcher::NearPass::NearPass(Dispatcher& dispatcher, btOverlappingPairCache& c
       m_pairs(cache.getOverlappingPairArrayPtr()),
       m_unreadPairs(dispatcher.m_idle.empty() && isExactly<PairCache>(cache) ? static_cast<PairCache*>(&cache)
                                                                              : nullptr),
+      m_wereMostAsleep(2 * dispatcher.m_jobs->stats().pairs < std::uint64_t(cache.getNumOverlappingPairs())),
       m_info(info),
       m_jobs(*dispatcher.m_jobs),
       m_kinds(dispatcher, dispatcher.m_isaGjk, dispatcher.m_doubleDispatchContactPoints,
@@ -125,11 +126,17 @@ bool Dispatcher::NearPass::isIdle(const btBroadphasePair& pair) const
         m_unreadPairs->getOverlappingPairArrayPtr() + m_unreadPairs->getNumOverlappingPairs() - &pair;
     if (left <= 2 * kPrefetchDistance)
         return;
-    const btBroadphasePair* const ahead = &pair;
-    __builtin_prefetch(ahead[2 * kPrefetchDistance].m_pProxy0);
-    __builtin_prefetch(ahead[2 * kPrefetchDistance].m_pProxy1);
-    prefetchState(ahead[kPrefetchDistance].m_pProxy0->m_clientObject);
-    prefetchState(ahead[kPrefetchDistance].m_pProxy1->m_clientObject);
+    const btBroadphasePair &later = (&pair)[2 * kPrefetchDistance], &sooner = (&pair)[kPrefetchDistance];
+    __builtin_prefetch(later.m_pProxy0);
+    __builtin_prefetch(later.m_pProxy1);
+    const void *const a = sooner.m_pProxy0->m_clientObject, *const b = sooner.m_pProxy1->m_clientObject;
+    prefetchState(a);
+    prefetchState(b);
+    if (m_wereMostAsleep)
+        return;
+    __builtin_prefetch(later.m_algorithm);
+    prefetchBody(a);
+    prefetchBody(b);
 }
 
 /// Notes whether a pair with an awake body may call the application. After the first one the others are not examined.

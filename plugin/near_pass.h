@@ -64,6 +64,7 @@ private:
     const btOverlappingPairCache& m_cache;
     const btBroadphasePair* m_pairs;
     const PairCache* m_unreadPairs;  ///< the cache if no search for idle pairs has read its bodies, else null
+    bool m_wereMostAsleep;           ///< of the last dispatch, most pairs had no contacts to compute
     const btDispatcherInfo& m_info;
     ContactJobs& m_jobs;
     PairKinds m_kinds;

@@ -5,6 +5,7 @@
 #include "cullet/plugin/contact/manifold_update.h"
 #include "cullet/plugin/convex/box_kernels.h"
 #include "cullet/plugin/core/dynamic_type.h"
+#include "cullet/plugin/core/prefetch.h"
 
 #include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
 #include <BulletCollision/CollisionShapes/btBoxShape.h>
@@ -21,6 +22,13 @@ BoxSource sourceOf(const btCollisionObjectWrapper& body)
     const auto& shape = static_cast<const btBoxShape&>(*body.getCollisionShape());
     return {transform.getBasis()[0].m_floats, transform.getOrigin().m_floats,
             shape.getHalfExtentsWithoutMargin().m_floats, shape.getMarginNV()};
+}
+
+/// Prefetches the points of a manifold that has some, and its number of points.
+[[gnu::always_inline]] inline void prefetchPoints(const btPersistentManifold& manifold)
+{
+    if (manifold.getNumContacts() > 0)
+        prefetchBytes(&manifold, 0, sizeof(btPersistentManifold) / 16 * 16);
 }
 
 bool isBox(const btCollisionObjectWrapper& body)
@@ -55,6 +63,8 @@ void BoxBoxAlgorithm::processCollision(const btCollisionObjectWrapper* a, const 
     if (m_manifold == nullptr)
         return;
     result->setPersistentManifold(m_manifold);
+    // They are used once the contact is known.
+    prefetchPoints(*m_manifold);
     BoxContact<btScalar> contact;
     contact.count = 0;
     if (isBox(*a) && isBox(*b))
