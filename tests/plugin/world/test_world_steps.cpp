@@ -53,7 +53,7 @@ TEST_P(WorldSteps, EqualThoseOfBulletOnAnyNumberOfThreads)
     const History expected = run<btDiscreteDynamicsWorld>(scene, steps, 0);
     EXPECT_GT(expected.events, 0) << "the scene tests nothing";
     EXPECT_NE(expected.hashes.front(), expected.hashes.back());
-    for (const int threads : {1, 2, 3, 8})
+    for (const int threads : {1, 2, 3, 8, 16})
     {
         const History own = run<Parallel>(scene, steps, threads);
         expectSame(own, expected, std::to_string(threads) + " threads");
