@@ -222,6 +222,16 @@ ProxyView ProxyTable::beginUpdate(float margin, bool useFilter)
     return view;
 }
 
+bool ProxyTable::hasChanges() const noexcept
+{
+    for (std::uint32_t block = 0; block < m_blockCount; ++block)
+    {
+        if (isBlockMarked(block, kBlockForUpdate))
+            return true;
+    }
+    return false;
+}
+
 void ProxyTable::endUpdate() noexcept
 {
     if (m_dirtyCount == size())

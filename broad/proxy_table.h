@@ -78,6 +78,9 @@ public:
     /// Clears the changes and frees the quarantined rows. To be called after every backend has read the view.
     void endUpdate() noexcept;
 
+    /// True when a row changed since endUpdate(). O(size / 128).
+    bool hasChanges() const noexcept;
+
     /// True when a row changed since the last collectQueryChanges(); safe to read while setBox() runs elsewhere.
     bool hasQueryChanges() const noexcept { return m_queryBlockCount.load(std::memory_order_acquire) != 0; }
 

@@ -194,7 +194,7 @@ void Broadphase::calculateOverlappingPairs(btDispatcher* dispatcher)
 {
     m->ghosts.pollCallback();
     m->chooseBackend();
-    m->pairSync.update(toMargin(m->margin < 0 ? gDbvtMargin : m->margin), dispatcher);
+    m->pairSync.update(toMargin(m->margin < 0 ? gDbvtMargin : m->margin), *m->index, dispatcher);
     m->ghosts.tighten();
 }
 

@@ -53,6 +53,7 @@ struct BroadphaseStats
     std::uint32_t ghosts = 0;  ///< live proxies that are ghost objects, while a ghost callback is installed
     std::uint64_t pairs = 0;   ///< pairs in the pair cache
     /// Deferred pairs: overlaps that the cache lacks because the filter refused them or only the rounded boxes overlap.
+    /// Those that the filter refused are listed, and counted, while they are few for the number of bodies.
     std::uint64_t pendingPairs = 0;
     /// Speculative pairs: pairs of ghosts that the backend has not reported yet.
     std::uint64_t provisionalPairs = 0;

@@ -300,6 +300,15 @@ void QueryIndex::startOverlap(const Aabb& box, QueryCursor& cursor) const
     m_state->start(cursor);
 }
 
+void QueryIndex::startScan(const Aabb& box, QueryCursor& cursor) const
+{
+    if (!isValid(box))
+        return;
+    cursor.isRay = false;
+    cursor.box = box;
+    cursor.enter(QueryCursor::Stage::Scan);
+}
+
 void QueryIndex::startRay(const RaySegment& ray, QueryCursor& cursor) const
 {
     if (hitsNothing(ray))

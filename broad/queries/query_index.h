@@ -105,6 +105,15 @@ public:
         drain(cursor, visit);
     }
 
+    /// forEachOverlap() by ascending row, and without a tree: for boxes that overlap a large share of the rows.
+    template <class Visit>
+    void scanOverlap(const Aabb& box, Visit&& visit) const
+    {
+        QueryCursor cursor;
+        startScan(box, cursor);
+        drain(cursor, visit);
+    }
+
     /// Calls visit(row) for every row whose grown box the ray may hit between 0 and lambdaMax.
     ///
     /// Covers everything that Bullet's slab test (btRayAabb2, in float or double) reports. A NaN in x or in lambdaMax
@@ -144,6 +153,7 @@ private:
     }
 
     void startOverlap(const Aabb& box, QueryCursor& cursor) const;
+    void startScan(const Aabb& box, QueryCursor& cursor) const;
     void startRay(const RaySegment& ray, QueryCursor& cursor) const;
     std::uint32_t next(QueryCursor& cursor, ProxyId* rows) const;
 

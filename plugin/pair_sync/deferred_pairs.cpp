@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #include "cullet/plugin/pair_sync/deferred_pairs.h"
 
+#include <algorithm>
+
 namespace cullet
 {
 inline namespace CULLET_PRECISION
@@ -31,12 +33,15 @@ bool encloses(const Aabb& outer, const Aabb& inner) noexcept
 
 void DeferredPairs::storeGrownBox(std::uint32_t uniqueId, std::uint32_t row, const Aabb* boxes, float margin)
 {
-    // A row with deferred pairs keeps its grown box, to which their filter results belong.
-    if (m_set.hasPairsOf(uniqueId))
-        return;
     if (m_grownBoxes.size() <= row)
-        m_grownBoxes.resize(row + 1 + row / 2, kEmptyAabb);
-    m_grownBoxes[row] = grown(boxes[row], margin);
+    {
+        // The vector that is compared grows last: either may throw.
+        m_marks.resize(row + 1 + row / 2, Mark::None);
+        m_grownBoxes.resize(m_marks.size(), kEmptyAabb);
+    }
+    // A row with deferred pairs keeps its grown box, to which their filter results belong.
+    if (m_marks[row] == Mark::None && !m_set.hasPairsOf(uniqueId))
+        m_grownBoxes[row] = grown(boxes[row], margin);
 }
 
 void DeferredPairs::insert(Pair pair, std::uint32_t rowFirst, std::uint32_t rowSecond, Reason reason,
@@ -44,13 +49,20 @@ void DeferredPairs::insert(Pair pair, std::uint32_t rowFirst, std::uint32_t rowS
 {
     storeGrownBox(pair.first, rowFirst, boxes, margin);
     storeGrownBox(pair.second, rowSecond, boxes, margin);
+    if (reason == kRefused && hasMarkedRows())
+    {
+        erase(pair);
+        mark(rowFirst);
+        mark(rowSecond);
+        return;
+    }
     m_set.insert(pair, reason);
 }
 
 bool DeferredPairs::isRefusalCurrent(Pair pair, std::uint32_t rowFirst, std::uint32_t rowSecond,
                                      const Aabb* boxes) const
 {
-    const std::uint32_t index = m_set.find(pair);
+    const std::uint32_t index = m_set.size() == 0 ? PairMap::kNone : m_set.find(pair);
     return index != PairMap::kNone && m_set.tag(index) == kRefused &&
            encloses(m_grownBoxes[rowFirst], boxes[rowFirst]) &&
            encloses(m_grownBoxes[rowSecond], boxes[rowSecond]);
@@ -67,27 +79,48 @@ void DeferredPairs::collectToReevaluateOf(std::uint32_t uniqueId, bool includesR
                     });
 }
 
-void DeferredPairs::collectToReevaluate(const ProxyView& view, Pairs& toReevaluate)
+void DeferredPairs::collectToReevaluate(const ProxyView& view, Pairs& toReevaluate,
+                                        std::vector<std::uint32_t>& due)
 {
-    if (m_set.size() == 0)
+    if (m_set.size() == 0 && m_markedRows == 0)
         return;
     for (std::uint32_t i = 0; i < view.dirtyCount; ++i)
     {
         const std::uint32_t row = view.dirty[i];
         const std::uint32_t uniqueId = view.uniqueIds[row];
-        if ((view.changes[row] & kRowDestroyed) != 0 || !m_set.hasPairsOf(uniqueId))
+        const bool isMarked = row < m_marks.size() && m_marks[row] != Mark::None;
+        if ((view.changes[row] & kRowDestroyed) != 0 || !(isMarked || m_set.hasPairsOf(uniqueId)))
             continue;
         const bool hasLeft = !encloses(m_grownBoxes[row], view.boxes[row]);
         if (hasLeft)
             m_grownBoxes[row] = grown(view.boxes[row], view.margin);
-        collectToReevaluateOf(uniqueId, hasLeft || (view.changes[row] & kRowRefiltered) != 0, toReevaluate);
+        const bool isDueNow = hasLeft || (view.changes[row] & kRowRefiltered) != 0;
+        collectToReevaluateOf(uniqueId, isDueNow, toReevaluate);
+        if (!isMarked || !isDueNow)
+            continue;
+        due.push_back(uniqueId);
+        m_marks[row] = Mark::Due;
     }
 }
 
-void DeferredPairs::clear()
+void DeferredPairs::eraseAllOf(std::uint32_t uniqueId, std::uint32_t row) noexcept
 {
-    m_set.clear();
-    std::vector<Aabb>().swap(m_grownBoxes);
+    m_set.eraseAllOf(uniqueId);
+    if (row < m_marks.size())
+        setMark(row, Mark::None);
+}
+
+void DeferredPairs::setMark(std::uint32_t row, Mark mark) noexcept
+{
+    m_markedRows += mark != Mark::None ? 1u : 0u;
+    m_markedRows -= m_marks[row] != Mark::None ? 1u : 0u;
+    m_marks[row] = mark;
+}
+
+void DeferredPairs::unmarkAll() noexcept
+{
+    std::fill(m_marks.begin(), m_marks.end(), Mark::None);
+    m_markedRows = 0;
 }
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

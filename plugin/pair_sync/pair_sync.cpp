@@ -73,7 +73,7 @@ void PairSync::setBackend(std::unique_ptr<Backend> backend)
     m_wasInterrupted = true;
 }
 
-void PairSync::update(float margin, btDispatcher* dispatcher)
+void PairSync::update(float margin, const QueryIndex& index, btDispatcher* dispatcher)
 {
     if (m_isUpdating)
         return;
@@ -87,6 +87,8 @@ void PairSync::update(float margin, btDispatcher* dispatcher)
     ProxyView view = m_store.table().beginUpdate(margin, m_filter == nullptr);
     if (recentreIfCoarse(view))
         view = m_store.table().beginUpdate(margin, m_filter == nullptr);
+    // The backend then reports the refused pairs that are not listed.
+    m_needsRestart |= m_mustReevaluateAll && m_deferredPairs.hasMarkedRows();
     if (!runBackend(view))
         return;
     // Cleared at the end, unless a callback interferes: after an exception the next update restarts the backend too and
@@ -101,6 +103,7 @@ void PairSync::update(float margin, btDispatcher* dispatcher)
     collectSeparated(view, mustReevaluateAll);
     m_store.endUpdate();
     applyRemoved(margin, dispatcher);
+    askAgain(index, margin);
     const std::uint64_t withoutMemory = m_adapter.pairsWithoutMemory();
     applyAdded(margin);
     if (m_adapter.pairsWithoutMemory() != withoutMemory)
@@ -111,6 +114,8 @@ void PairSync::update(float margin, btDispatcher* dispatcher)
     trimCapacity(m_delta.added);
     trimCapacity(m_delta.removed);
     trimCapacity(m_toReevaluate);
+    trimCapacity(m_due);
+    trimCapacity(m_partners);
     trimCapacity(m_separatedPairs);
     trimCapacity(m_scratch);
 }
@@ -203,6 +208,7 @@ void PairSync::restartBackend()
     m_scratch.insert(m_scratch.end(), m_deferredPairs.pairs().begin(), m_deferredPairs.pairs().end());
     sortUnique(m_scratch);
     m_backend->restart(m_scratch);
+    m_deferredPairs.unmarkAll();
     m_speculativePairs.clear();
     m_needsRestart = false;
     ++m_restartsTotal;
@@ -230,6 +236,8 @@ void PairSync::deferExternallyRemoved(const ProxyView& view)
                                ProxyStore::rowOf(m_store.find(pair.second)), DeferredPairs::kRefused,
                                view.boxes, view.margin);
     }
+    if (m_deferredPairs.isFull())
+        markRefused();
     m_delta.added.erase(std::remove_if(m_delta.added.begin(), m_delta.added.end(), isToDefer),
                         m_delta.added.end());
 }
@@ -237,7 +245,8 @@ void PairSync::deferExternallyRemoved(const ProxyView& view)
 void PairSync::collectToReevaluate(const ProxyView& view, bool mustReevaluateAll)
 {
     m_toReevaluate.clear();
-    m_deferredPairs.collectToReevaluate(view, m_toReevaluate);
+    m_due.clear();
+    m_deferredPairs.collectToReevaluate(view, m_toReevaluate, m_due);
     if (mustReevaluateAll)
         m_toReevaluate = m_deferredPairs.pairs();
     sortUnique(m_toReevaluate);
@@ -353,8 +362,10 @@ void PairSync::applyAdded(float margin)
     m_scratch.resize(m_toReevaluate.size() + m_delta.added.size());
     std::merge(m_toReevaluate.begin(), m_toReevaluate.end(), m_delta.added.begin(), m_delta.added.end(),
                m_scratch.begin());
-    m_adapter.reserveMore(m_scratch.size());
     const bool canAddUnfiltered = m_adapter.canAddUnfiltered();
+    // A callback may refuse most of them.
+    if (canAddUnfiltered)
+        m_adapter.reserveMore(m_scratch.size());
     for (std::size_t i = 0; i < m_scratch.size(); ++i)
     {
         prefetchAddition(i, !canAddUnfiltered);
@@ -417,6 +428,8 @@ void PairSync::defer(Pair pair, const Proxy& first, const Proxy& second, bool ex
     m_deferredPairs.insert(pair, ProxyStore::rowOf(&first), ProxyStore::rowOf(&second),
                            exactBoxesOverlap ? DeferredPairs::kRefused : DeferredPairs::kSeparated,
                            m_store.table().boxes(), margin);
+    if (m_deferredPairs.isFull())
+        markRefused();
 }
 
 void PairSync::addImmediately(Proxy& a, Proxy& b)
@@ -448,7 +461,7 @@ void PairSync::removePairsOf(Proxy& proxy, btDispatcher* dispatcher)
     const int before = m_adapter.count();
     m_adapter.removePairsOf(proxy, dispatcher);
     m_expectedCount += m_adapter.count() - before;
-    m_deferredPairs.eraseAllOf(uniqueIdOf(&proxy));
+    m_deferredPairs.eraseAllOf(uniqueIdOf(&proxy), ProxyStore::rowOf(&proxy));
     m_speculativePairs.eraseAllOf(uniqueIdOf(&proxy));
 }
 
@@ -473,7 +486,8 @@ void PairSync::addTo(BroadphaseStats& stats) const
     stats.bytes += m_deferredPairs.bytes() + m_speculativePairs.bytes() +
                    (m_delta.added.capacity() + m_delta.removed.capacity() + m_toReevaluate.capacity() +
                     m_separatedPairs.capacity() + m_scratch.capacity()) *
-                       sizeof(Pair);
+                       sizeof(Pair) +
+                   (m_due.capacity() + m_partners.capacity()) * sizeof(std::uint32_t);
     stats.backendName = m_backend->name();
     stats.backend = m_backend->stats();
 }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "cullet/broad/backend.h"
+#include "cullet/broad/queries/query_index.h"
 #include "cullet/plugin/broadphase.h"
 #include "cullet/plugin/pair_sync/deferred_pairs.h"
 #include "cullet/plugin/pair_sync/pair_cache_adapter.h"
@@ -11,6 +12,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <vector>
 
 namespace cullet
 {
@@ -38,7 +40,9 @@ public:
     void setBackend(std::unique_ptr<Backend> backend);
 
     /// Finds and applies all changes. A nested call, from a callback, does nothing.
-    void update(float margin, btDispatcher* dispatcher);
+    ///
+    /// @param index of the table, for pairs that the filter refused
+    void update(float margin, const QueryIndex& index, btDispatcher* dispatcher);
 
     /// Adds the pair of a ghost immediately, if the exact boxes overlap and the filter agrees.
     void addImmediately(Proxy& a, Proxy& b);
@@ -63,14 +67,22 @@ private:
     void deferSeparated(float margin);
     void applyRemoved(float margin, btDispatcher* dispatcher);
     void applyAdded(float margin);
+    void askAgain(const QueryIndex& index, float margin);
+    void askAgainOf(Proxy& proxy, const QueryIndex& index, float margin);
+    bool isRefused(Pair pair, Proxy& first, Proxy& second) const;
+    bool passesFilterNow(Proxy& first, Proxy& second) const;
     [[gnu::always_inline]] void prefetchAddition(std::size_t index, bool readsTable) const;
     void addUnfiltered(Pair pair, float margin);
     void tryAdd(Pair pair, float margin);
     void defer(Pair pair, const Proxy& first, const Proxy& second, bool exactBoxesOverlap, float margin);
+    void markRefused();
     bool isExternallyRemoved(Pair pair, const ProxyView& view) const;
     bool haveValidBoxes(const Proxy& first, const Proxy& second) const;
     bool overlapNow(const Proxy& first, const Proxy& second) const;
     bool areSeparated(Pair pair, float margin) const;
+
+    /// One row in so many overlaps a proxy: many, for a tree.
+    static constexpr std::size_t kManyPartnersShare = 32;
 
     const BroadphaseOptions m_options;
     ProxyStore& m_store;
@@ -80,7 +92,9 @@ private:
     PairMap m_speculativePairs;
 
     PairDelta m_delta;
-    Pairs m_toReevaluate;  // deferred pairs to re-evaluate
+    Pairs m_toReevaluate;                   // deferred pairs to re-evaluate
+    std::vector<std::uint32_t> m_due;       // ids of proxies whose refused pairs are to be re-evaluated
+    std::vector<std::uint32_t> m_partners;  // ids near one of them
     Pairs
         m_separatedPairs;  // pairs of the cache that the backend holds although their exact boxes are separated
     Pairs m_scratch;

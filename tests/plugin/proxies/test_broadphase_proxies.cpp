@@ -297,16 +297,17 @@ TEST(PairSync, TracksPairsOfIdsBeyondSignedRange)
     for (const std::uint32_t first : {0x7ffffffdu, 0xfffffffdu})
     {
         ProxyStore store(first);
+        const QueryIndex index(store.table());
         PairSync pairSync(store, nullptr, makeBruteForceBackend(), bruteOptions());
         std::vector<Proxy*> cubes;
         for (int i = 0; i < 6; ++i)
             cubes.push_back(
                 store.create(vec(0.1 * i, 0, 0), vec(0.1 * i + 1, 1, 1), nullptr, {1, kAllGroups}));
-        pairSync.update(0.05f, nullptr);
+        pairSync.update(0.05f, index, nullptr);
         EXPECT_EQ(pairSync.adapter().count(), 15);
         // The application removes a pair: the backend restarts from the other pairs.
         pairSync.adapter().cache()->removeOverlappingPair(cubes[0], cubes[1], nullptr);
-        pairSync.update(0.05f, nullptr);
+        pairSync.update(0.05f, index, nullptr);
         EXPECT_EQ(pairSync.adapter().count(), 14);
         BroadphaseStats stats;
         pairSync.addTo(stats);
@@ -314,16 +315,16 @@ TEST(PairSync, TracksPairsOfIdsBeyondSignedRange)
         for (int i = 0; i < 6; ++i)
             store.setBox(cubes[static_cast<std::size_t>(i)], vec(9 * i, 0, 0), vec(9 * i + 1, 1, 1));
         pairSync.addImmediately(*cubes[0], *cubes[5]);
-        pairSync.update(0.05f, nullptr);
+        pairSync.update(0.05f, index, nullptr);
         EXPECT_EQ(pairSync.adapter().count(), 0) << first;
         // Pairs appear at once, and are removed with the boxes.
         store.setBox(cubes[5], vec(0, 0, 0), vec(1, 1, 1));
         pairSync.addImmediately(*cubes[5], *cubes[0]);
         EXPECT_EQ(pairSync.adapter().count(), 1);
-        pairSync.update(0.05f, nullptr);
+        pairSync.update(0.05f, index, nullptr);
         EXPECT_EQ(pairSync.adapter().count(), 1);
         store.setBox(cubes[5], vec(0, 9, 0), vec(1, 10, 1));
-        pairSync.update(0.05f, nullptr);
+        pairSync.update(0.05f, index, nullptr);
         EXPECT_EQ(pairSync.adapter().count(), 0);
     }
 }
@@ -360,13 +361,14 @@ TEST(PairSync, PassesProxiesToFilterAndGhostsInOrderOfIdsAsInt)
     {
         Order order;
         ProxyStore store(0x7ffffffeu);
+        const QueryIndex index(store.table());
         PairSync pairSync(store, cache, makeBruteForceBackend(), bruteOptions());
         btOverlappingPairCache& used = *pairSync.adapter().cache();
         used.setOverlapFilterCallback(&order);
         used.setInternalGhostPairCallback(&order);
         for (int i = 0; i < 4; ++i)
             store.create(vec(0, 0, 0), vec(1, 1, 1), nullptr, {1, kAllGroups});
-        pairSync.update(0.05f, nullptr);
+        pairSync.update(0.05f, index, nullptr);
         EXPECT_EQ(pairSync.adapter().count(), 6);
         EXPECT_GE(order.filtered, 6);
         EXPECT_EQ(order.added, 6);

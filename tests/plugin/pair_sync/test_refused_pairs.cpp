@@ -1,0 +1,287 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+//
+// Pairs that the filter refuses, more of them than are listed.
+#include "cullet/plugin/pair_cache/pair_cache.h"
+#include "cullet/tests/plugin/broadphase/broadphase_support.h"
+
+#include <BulletCollision/BroadphaseCollision/btDbvtBroadphase.h>
+#include <LinearMath/btAabbUtil2.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <functional>
+#include <map>
+#include <random>
+#include <vector>
+
+namespace cullet::test
+{
+namespace
+{
+/// Answers by a rule of the two ids, and remembers the last answer and the number of questions for each pair.
+struct RememberingFilter final : btOverlapFilterCallback
+{
+    bool needBroadphaseCollision(btBroadphaseProxy* a, btBroadphaseProxy* b) const override
+    {
+        const Pair pair = makePair(uniqueIdOf(a), uniqueIdOf(b));
+        ++asked;
+        return answers[pairKey(pair)] = rule(pair);
+    }
+    std::function<bool(Pair)> rule = [](Pair) { return false; };
+    mutable std::map<std::uint64_t, bool> answers;
+    mutable int asked = 0;
+};
+
+/// Cubes at one place, each pair of which the filter has refused.
+class RefusedPairs : public testing::Test
+{
+protected:
+    static constexpr int kCubes = 100;
+    static constexpr int kPairs = kCubes * (kCubes - 1) / 2;
+
+    void SetUp() override
+    {
+        cache().setOverlapFilterCallback(&m_filter);
+        for (int i = 0; i < kCubes; ++i)
+            m_cubes.push_back(addCube(m_broadphase, vec(0, 0, 0)));
+        m_broadphase.calculateOverlappingPairs(nullptr);
+        ASSERT_EQ(m_filter.asked, kPairs);
+        ASSERT_LT(m_broadphase.stats().pendingPairs, std::uint64_t{kPairs}) << "not all are listed";
+    }
+    void TearDown() override { cache().setOverlapFilterCallback(nullptr); }
+
+    btOverlappingPairCache& cache() { return *m_broadphase.getOverlappingPairCache(); }
+    std::size_t pairsAfterUpdate() { return updatedPairs(m_broadphase).size(); }
+
+    Broadphase m_broadphase{bruteOptions()};
+    RememberingFilter m_filter;
+    std::vector<btBroadphaseProxy*> m_cubes;
+};
+
+TEST_F(RefusedPairs, AreNotAskedAboutAgainWhileTheirBoxesStayWithinTheirSkins)
+{
+    for (const double x : {0.01, 0.03, -0.03, 0.0})
+    {
+        for (btBroadphaseProxy* cube : m_cubes)
+            moveCube(m_broadphase, cube, vec(x, 0, 0));
+        EXPECT_EQ(pairsAfterUpdate(), 0u);
+    }
+    EXPECT_EQ(m_filter.asked, kPairs);
+}
+
+TEST_F(RefusedPairs, AreAskedAboutOnceWhenOneOrBothBoxesLeaveTheirSkins)
+{
+    moveCube(m_broadphase, m_cubes[7], vec(0.2, 0, 0));
+    EXPECT_EQ(pairsAfterUpdate(), 0u);
+    EXPECT_EQ(m_filter.asked, kPairs + kCubes - 1);
+    moveCube(m_broadphase, m_cubes[90], vec(0.2, 0, 0));
+    moveCube(m_broadphase, m_cubes[3], vec(0.2, 0, 0));
+    EXPECT_EQ(pairsAfterUpdate(), 0u);
+    EXPECT_EQ(m_filter.asked, kPairs + kCubes - 1 + 2 * (kCubes - 1) - 1);
+}
+
+TEST_F(RefusedPairs, EnterWhenTheFilterAcceptsThemAndTheirBoxLeavesItsSkin)
+{
+    m_filter.rule = [](Pair pair) { return pair.first == 8 || pair.second == 8; };
+    moveCube(m_broadphase, m_cubes[3], vec(0.2, 0, 0));
+    EXPECT_EQ(updatedPairs(m_broadphase), (Pairs{{4, 8}}));
+    moveCube(m_broadphase, m_cubes[7], vec(0.2, 0, 0));
+    EXPECT_EQ(pairsAfterUpdate(), std::size_t{kCubes - 1});
+    const int before = m_filter.asked;
+    moveCube(m_broadphase, m_cubes[7], vec(0.4, 0, 0));
+    EXPECT_EQ(pairsAfterUpdate(), std::size_t{kCubes - 1});
+    EXPECT_EQ(m_filter.asked, before) << "pairs that are in the cache";
+}
+
+TEST_F(RefusedPairs, AreAskedAboutInTheNextUpdateWhenAnotherFilterIsSet)
+{
+    RememberingFilter other;
+    other.rule = [](Pair) { return true; };
+    cache().setOverlapFilterCallback(&other);
+    EXPECT_EQ(pairsAfterUpdate(), std::size_t{kPairs});
+    cache().setOverlapFilterCallback(&m_filter);
+}
+
+TEST_F(RefusedPairs, EnterInTheNextUpdateWhenTheFilterIsTakenAway)
+{
+    cache().setOverlapFilterCallback(nullptr);
+    EXPECT_EQ(pairsAfterUpdate(), std::size_t{kPairs});
+}
+
+TEST_F(RefusedPairs, AreListedAgainWhenNoneIsLeft)
+{
+    for (int i = 0; i < kCubes; ++i)
+        moveCube(m_broadphase, m_cubes[std::size_t(i)], vec(3 * i, 0, 0));
+    EXPECT_EQ(pairsAfterUpdate(), 0u);
+    moveCube(m_broadphase, m_cubes[0], vec(3.5, 0, 0));
+    EXPECT_EQ(pairsAfterUpdate(), 0u);
+    EXPECT_EQ(m_broadphase.stats().pendingPairs, 1u);
+}
+
+TEST_F(RefusedPairs, StayRefusedWhenPairsAreTakenOutOfTheCache)
+{
+    m_filter.rule = [](Pair pair) { return pair.first == 8 || pair.second == 8; };
+    moveCube(m_broadphase, m_cubes[7], vec(0.2, 0, 0));
+    ASSERT_EQ(pairsAfterUpdate(), std::size_t{kCubes - 1});
+    cache().removeOverlappingPair(m_cubes[7], m_cubes[20], nullptr);
+    for (int update = 0; update < 3; ++update)
+        EXPECT_EQ(pairsAfterUpdate(), std::size_t{kCubes - 2}) << "nothing has moved";
+    moveCube(m_broadphase, m_cubes[7], vec(0.4, 0, 0));
+    EXPECT_EQ(pairsAfterUpdate(), std::size_t{kCubes - 1});
+}
+
+TEST_F(RefusedPairs, AreAskedAboutAgainWhenTheFilterMovesBoxes)
+{
+    // The box of the last cube is elsewhere while the filter is asked about the one that has moved, and then back.
+    bool isAway = false;
+    m_filter.rule = [&](Pair)
+    {
+        if (!isAway)
+            moveCube(m_broadphase, m_cubes.back(), vec(50, 0, 0));
+        isAway = true;
+        return true;
+    };
+    moveCube(m_broadphase, m_cubes[7], vec(0.2, 0, 0));
+    m_broadphase.calculateOverlappingPairs(nullptr);
+    ASSERT_TRUE(isAway);
+    moveCube(m_broadphase, m_cubes.back(), vec(0, 0, 0));
+    m_broadphase.calculateOverlappingPairs(nullptr);
+    EXPECT_NE(cache().findPair(m_cubes[7], m_cubes.back()), nullptr);
+}
+
+TEST(RefusedPairsOfManyBodies, TakeNoMemoryEach)
+{
+    constexpr std::uint32_t kBodies = 2000;
+    BroadphaseOptions options;
+    options.backend = BackendChoice::Grid;
+    options.threads = 1;
+    Broadphase broadphase(options);
+    struct Refusal final : btOverlapFilterCallback
+    {
+        bool needBroadphaseCollision(btBroadphaseProxy*, btBroadphaseProxy*) const override
+        {
+            ++asked;
+            return false;
+        }
+        mutable std::uint64_t asked = 0;
+    } refusal;
+    broadphase.getOverlappingPairCache()->setOverlapFilterCallback(&refusal);
+    std::mt19937 random(1);
+    std::uniform_real_distribution<double> place(-1.0, 1.0);
+    const auto draw = [&]
+    {
+        const double x = place(random);
+        const double y = place(random);
+        return vec(x, y, place(random));
+    };
+    std::vector<btVector3> places;
+    std::vector<btBroadphaseProxy*> cubes;
+    for (std::uint32_t i = 0; i < kBodies; ++i)
+    {
+        places.push_back(draw());
+        cubes.push_back(addCube(broadphase, places.back()));
+    }
+    for (int update = 0; update < 20; ++update)
+    {
+        broadphase.calculateOverlappingPairs(nullptr);
+        for (std::uint32_t i = 0; i < kBodies; ++i)
+            moveCube(broadphase, cubes[i], places[i] += btScalar(0.02) * draw());
+    }
+    EXPECT_GT(refusal.asked, 500000u) << "the sample has many refusals";
+    const auto& cache = dynamic_cast<const PairCache&>(*broadphase.getOverlappingPairCache());
+    EXPECT_LT(cache.stats().bytes, 64u * 1024);
+    EXPECT_LT(broadphase.stats().bytes, 400u * kBodies);
+    broadphase.getOverlappingPairCache()->setOverlapFilterCallback(nullptr);
+}
+
+/// Bodies from -reach to reach on each axis: so many refused pairs that none are listed, or few.
+constexpr double kCrowded = 1.5, kLoose = 3.5;
+
+/// The cache has the pairs that the filter accepted when it was last asked, while bodies walk, come and go, and the
+/// filter changes its mind.
+void expectAnswersOfFilter(const BroadphaseOptions& options, double reach, unsigned seed)
+{
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> place(-reach, reach);
+    std::uniform_real_distribution<double> step(-0.04, 0.04);
+    Broadphase broadphase(options);
+    RememberingFilter filter;
+    unsigned phase = 0, refused = 0, accepted = 0, mostListed = 0;
+    filter.rule = [&](Pair pair) { return (pair.first * 31 + pair.second * 17 + phase) % 16 == 0; };
+    broadphase.getOverlappingPairCache()->setOverlapFilterCallback(&filter);
+    std::vector<btBroadphaseProxy*> cubes;
+    const auto add = [&]
+    {
+        const double x = place(random);
+        const double y = place(random);
+        cubes.push_back(addCube(broadphase, vec(x, y, place(random))));
+    };
+    for (int i = 0; i < 150; ++i)
+        add();
+    for (int update = 0; update < 60; ++update)
+    {
+        phase = static_cast<unsigned>(update / 10);
+        for (std::size_t i = 0; i < cubes.size(); ++i)
+        {
+            const double x = step(random);
+            const double y = step(random);
+            const btVector3 by = vec(x, y, step(random));
+            if (update % 3 != 0 || i % 4 == 0)
+                broadphase.setAabb(cubes[i], cubes[i]->m_aabbMin + by, cubes[i]->m_aabbMax + by, nullptr);
+        }
+        if (update % 7 == 3)
+        {
+            const std::size_t victim = random() % cubes.size();
+            broadphase.destroyProxy(cubes[victim], nullptr);
+            cubes.erase(cubes.begin() + static_cast<std::ptrdiff_t>(victim));
+            add();
+        }
+        broadphase.calculateOverlappingPairs(nullptr);
+        mostListed = std::max(mostListed, static_cast<unsigned>(broadphase.stats().pendingPairs));
+        for (std::size_t i = 0; i < cubes.size(); ++i)
+        {
+            for (std::size_t j = 0; j < i; ++j)
+            {
+                const bool isThere =
+                    broadphase.getOverlappingPairCache()->findPair(cubes[i], cubes[j]) != nullptr;
+                const std::uint64_t key = pairKey(makePair(uniqueIdOf(cubes[i]), uniqueIdOf(cubes[j])));
+                const btVector3 margin(gDbvtMargin, gDbvtMargin, gDbvtMargin);
+                if (!TestAabbAgainstAabb2(cubes[i]->m_aabbMin, cubes[i]->m_aabbMax, cubes[j]->m_aabbMin,
+                                          cubes[j]->m_aabbMax))
+                {
+                    // As far apart as that, they are a new pair when they meet again.
+                    if (!TestAabbAgainstAabb2(cubes[i]->m_aabbMin - margin, cubes[i]->m_aabbMax + margin,
+                                              cubes[j]->m_aabbMin - margin, cubes[j]->m_aabbMax + margin))
+                        filter.answers.erase(key);
+                    continue;
+                }
+                ASSERT_TRUE(filter.answers.count(key) != 0) << "seed " << seed << " update " << update;
+                ASSERT_EQ(isThere, filter.answers[key]) << "seed " << seed << " update " << update;
+                ++(isThere ? accepted : refused);
+            }
+        }
+    }
+    EXPECT_GT(refused, 5000u) << "seed " << seed;
+    EXPECT_GT(accepted, 500u) << "seed " << seed;
+    EXPECT_EQ(mostListed == 0, reach == kCrowded) << "seed " << seed;
+    broadphase.getOverlappingPairCache()->setOverlapFilterCallback(nullptr);
+}
+
+TEST(RefusedPairsOfManyBodies, FollowTheLastAnswerOfTheFilter)
+{
+    for (const unsigned seed : {1u, 2u, 3u})
+    {
+        BroadphaseOptions grid;
+        grid.backend = BackendChoice::Grid;
+        grid.grid.flatLimit = 0;
+        grid.threads = 2;
+        for (const double reach : {kCrowded, kLoose})
+        {
+            expectAnswersOfFilter(bruteOptions(), reach, seed);
+            expectAnswersOfFilter(grid, reach, seed);
+        }
+    }
+}
+}  // namespace
+}  // namespace cullet::test
