@@ -222,16 +222,6 @@ ProxyView ProxyTable::beginUpdate(float margin, bool useFilter)
     return view;
 }
 
-bool ProxyTable::hasChanges() const noexcept
-{
-    for (std::uint32_t block = 0; block < m_blockCount; ++block)
-    {
-        if (isBlockMarked(block, kBlockForUpdate))
-            return true;
-    }
-    return false;
-}
-
 void ProxyTable::endUpdate() noexcept
 {
     if (m_dirtyCount == size())
@@ -245,6 +235,7 @@ void ProxyTable::endUpdate() noexcept
     }
     for (std::uint32_t block = 0; block < m_blockCount; ++block)
         unmarkBlock(block, kBlockForUpdate);
+    m_hasChanges.store(false, std::memory_order_relaxed);
     for (const ProxyId row : m_quarantine)
         m_uniqueIds[row] = 0;
     m_free.insert(m_free.end(), m_quarantine.begin(), m_quarantine.end());
@@ -298,6 +289,7 @@ void ProxyTable::clear()
     m_queryChanges.clear();
     m_blocks.reset();
     m_blockCount = 0;
+    m_hasChanges.store(false, std::memory_order_relaxed);
     m_queryBlockCount.store(0, std::memory_order_relaxed);
     m_dirtyCount = 0;
     m_free.clear();

@@ -78,8 +78,8 @@ public:
     /// Clears the changes and frees the quarantined rows. To be called after every backend has read the view.
     void endUpdate() noexcept;
 
-    /// True when a row changed since endUpdate(). O(size / 128).
-    bool hasChanges() const noexcept;
+    /// True when a row changed since endUpdate(); safe to read while setBox() runs elsewhere.
+    bool hasChanges() const noexcept { return m_hasChanges.load(std::memory_order_relaxed); }
 
     /// True when a row changed since the last collectQueryChanges(); safe to read while setBox() runs elsewhere.
     bool hasQueryChanges() const noexcept { return m_queryBlockCount.load(std::memory_order_acquire) != 0; }
@@ -119,6 +119,9 @@ private:
             return;
         const bool isNewlyMarked = (marks & kBlockForQueries) == 0;
         block.store(kBoth, std::memory_order_relaxed);
+        // Read first, as in listForQueries().
+        if (!hasChanges())
+            m_hasChanges.store(true, std::memory_order_relaxed);
         if (isNewlyMarked)
             listForQueries(index);
     }
@@ -150,6 +153,7 @@ private:
     /// For each 128 rows, the readers that have not collected their changes.
     std::unique_ptr<std::atomic<std::uint8_t>[]> m_blocks;
     std::uint32_t m_blockCount = 0;
+    std::atomic<bool> m_hasChanges{false};            // a block is marked for the update
     std::atomic<std::uint32_t> m_queryBlockCount{0};  // blocks listed; above kFewBlocks, some are not listed
     std::array<std::atomic<std::uint32_t>, kFewBlocks> m_queryBlocks{};
     Array<ProxyId, BoxAllocator<ProxyId>> m_dirty;  // size for all rows, of which m_dirtyCount are in use

@@ -55,6 +55,8 @@ struct Broadphase::Parts
         ghosts.addPairs(proxy, *index);
     }
 
+    QuerySources sources() const { return {*index, pairSync.rowSource(), pairSync.updatesTotal()}; }
+
     void destroy(Proxy& proxy, btDispatcher* dispatcher)
     {
         // Hidden first, so that callbacks of the removals neither find the proxy nor add pairs of it.
@@ -181,13 +183,13 @@ void Broadphase::rayTest(const btVector3& rayFrom, const btVector3& /*rayTo*/,
                          btBroadphaseRayCallback& rayCallback, const btVector3& aabbMin,
                          const btVector3& aabbMax)
 {
-    testRay(m->store, *m->index, rayFrom, aabbMin, aabbMax, rayCallback);
+    testRay(m->store, m->sources(), rayFrom, aabbMin, aabbMax, rayCallback);
 }
 
 void Broadphase::aabbTest(const btVector3& aabbMin, const btVector3& aabbMax,
                           btBroadphaseAabbCallback& callback)
 {
-    testBox(m->store, *m->index, aabbMin, aabbMax, callback);
+    testBox(m->store, m->sources(), aabbMin, aabbMax, callback);
 }
 
 void Broadphase::calculateOverlappingPairs(btDispatcher* dispatcher)

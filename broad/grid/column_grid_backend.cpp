@@ -266,6 +266,41 @@ void ColumnGridBackend::forEachCell(const CellVisitor& visit) const
         m_awakeGrid.forEachCell(visit);
 }
 
+/// Whether the columns have all rows, but for a few awake ones.
+bool ColumnGridBackend::knowsPlaces() const
+{
+    constexpr std::size_t kFewAwake = 256;
+    return !m_restarted && (m_mode == Mode::Moving || m_awake.size() <= kFewAwake);
+}
+
+/// Hands the awake rows that have boxes to the sink.
+void ColumnGridBackend::takeAwake(const Aabb* boxes, RowSink& sink) const
+{
+    if (m_mode != Mode::Resting)
+        return;
+    for (const std::uint32_t row : m_awake)
+    {
+        if (isValid(boxes[row]))
+            sink.take(&row, 1);
+    }
+}
+
+std::uint32_t ColumnGridBackend::findNearRay(const RayPath& ray, const Aabb* boxes, RowSink& sink) const
+{
+    const std::uint32_t cost = knowsPlaces() ? m_grid.findNearRay(ray, boxes, sink) : 0;
+    if (cost != 0)
+        takeAwake(boxes, sink);
+    return cost;
+}
+
+std::uint32_t ColumnGridBackend::findNearBox(const Aabb& box, const Aabb* boxes, RowSink& sink) const
+{
+    const std::uint32_t cost = knowsPlaces() ? m_grid.findNearBox(box, boxes, sink) : 0;
+    if (cost != 0)
+        takeAwake(boxes, sink);
+    return cost;
+}
+
 BackendStats ColumnGridBackend::stats() const
 {
     BackendStats stats = m_stats;

@@ -39,7 +39,7 @@ class CollectingSink;
 /// When too many boxes are awake, the whole grid is refilled.
 ///
 /// Both modes are exact: the pair set is that of Backend's definition, bit for bit.
-class ColumnGridBackend final : public Backend, public CellSource
+class ColumnGridBackend final : public Backend, public CellSource, public RowSource
 {
 public:
     explicit ColumnGridBackend(const GridOptions& options);
@@ -50,6 +50,8 @@ public:
     const char* name() const noexcept override { return "grid"; }
     BackendStats stats() const override;
     void forEachCell(const CellVisitor& visit) const override;
+    std::uint32_t findNearRay(const RayPath& ray, const Aabb* boxes, RowSink& sink) const override;
+    std::uint32_t findNearBox(const Aabb& box, const Aabb* boxes, RowSink& sink) const override;
 
     /// The pairs held, or those given to restart() if there was no update since; sorted.
     ///
@@ -106,6 +108,8 @@ private:
 
     // column_grid_backend.cpp: common steps of all updates, and the choice of the mode
     void updateOrThrow(const ProxyView& view);
+    bool knowsPlaces() const;
+    void takeAwake(const Aabb* boxes, RowSink& sink) const;
     void writeChanges(PairDelta& delta);
     void countWork();
     std::uint64_t bytes() const;

@@ -15,7 +15,7 @@ namespace
 {
 /// The default grid: a SmallWorldBackend up to a few hundred rows, and up to some more while few of them change; else a
 /// ColumnGridBackend.
-class SizedGridBackend final : public Backend, public CellSource
+class SizedGridBackend final : public Backend, public CellSource, public RowSource
 {
 public:
     explicit SizedGridBackend(const GridOptions& options)
@@ -59,6 +59,14 @@ public:
     {
         if (m_grid != nullptr)
             m_grid->forEachCell(visit);
+    }
+    std::uint32_t findNearRay(const RayPath& ray, const Aabb* boxes, RowSink& sink) const override
+    {
+        return m_grid != nullptr ? m_grid->findNearRay(ray, boxes, sink) : 0;
+    }
+    std::uint32_t findNearBox(const Aabb& box, const Aabb* boxes, RowSink& sink) const override
+    {
+        return m_grid != nullptr ? m_grid->findNearBox(box, boxes, sink) : 0;
     }
 
 private:

@@ -127,8 +127,10 @@ struct QueryIndex::State
     std::mutex mutex;  // locked by the one thread that changes the trees
     // False before the first sync and during one; otherwise the trees match the table as it was when last clean.
     std::atomic<bool> isReady{false};
-    Rent scans;      // rows of whole scans, instead of a sync
-    Rent listScans;  // rows of list scans, instead of rebuildSecondTree()
+    Rent scans;                                  // rows of whole scans, instead of a sync
+    Rent listScans;                              // rows of list scans, instead of rebuildSecondTree()
+    std::atomic<std::uint64_t> sourceUpdate{0};  // update in which sourceCost was counted
+    std::atomic<std::uint64_t> sourceCost{0};
     std::atomic<double> syncCostPerRow{QueryTrees::kFirstSyncCost};
 };
 
@@ -260,6 +262,26 @@ QueryIndex::QueryIndex(ProxyTable& table, const QueryOptions& options)
 }
 
 QueryIndex::~QueryIndex() = default;
+
+bool QueryIndex::prefersSource(std::uint64_t update) const
+{
+    // Below this a scan is as fast.
+    constexpr std::uint32_t kFewRows = 4096;
+    State& state = *m_state;
+    if (state.mode != QueryMode::Automatic || state.table.size() < kFewRows || state.isFresh())
+        return false;
+    if (state.sourceUpdate.load(std::memory_order_relaxed) != update)
+    {
+        state.sourceCost.store(0, std::memory_order_relaxed);
+        state.sourceUpdate.store(update, std::memory_order_relaxed);
+    }
+    return static_cast<double>(state.sourceCost.load(std::memory_order_relaxed)) < state.syncCost();
+}
+
+void QueryIndex::countSource(std::uint32_t cost) const
+{
+    m_state->sourceCost.fetch_add(cost, std::memory_order_relaxed);
+}
 
 std::uint64_t QueryIndex::bytes() const
 {

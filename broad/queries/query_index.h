@@ -126,6 +126,14 @@ public:
         drain(cursor, visit);
     }
 
+    /// Whether queries should ask a RowSource instead: a tree is not up to date, and they have not asked for more
+    /// since the last update than bringing it up to date costs.
+    ///
+    /// @param update number of the update that the source knows; costs are counted anew in each
+    bool prefersSource(std::uint64_t update) const;
+    /// Counts what a query of the source cost.
+    void countSource(std::uint32_t cost) const;
+
     /// Memory held beside the table, bytes.
     std::uint64_t bytes() const;
 

@@ -5,6 +5,7 @@
 #include "cullet/base/trim_capacity.h"
 #include "cullet/broad/boxes/aabb_simd.h"
 #include "cullet/broad/log.h"
+#include "cullet/plugin/core/dynamic_type.h"
 #include "cullet/plugin/core/proxy_ids.h"
 #include "cullet/plugin/pair_sync/backend_choice.h"
 
@@ -62,13 +63,20 @@ private:
 
 PairSync::PairSync(ProxyStore& store, btOverlappingPairCache* cache, std::unique_ptr<Backend> backend,
                    const BroadphaseOptions& options)
-    : m_options(options), m_store(store), m_adapter(cache), m_backend(std::move(backend))
+    : m_options(options), m_store(store), m_adapter(cache)
 {
+    useBackend(std::move(backend));
+}
+
+void PairSync::useBackend(std::unique_ptr<Backend> backend)
+{
+    m_backend = std::move(backend);
+    m_rowSource = dynamicCast<const RowSource>(m_backend.get());
 }
 
 void PairSync::setBackend(std::unique_ptr<Backend> backend)
 {
-    m_backend = std::move(backend);
+    useBackend(std::move(backend));
     m_needsRestart = true;
     m_wasInterrupted = true;
 }
@@ -187,7 +195,7 @@ void PairSync::replaceBackend(Status status)
     const std::string message = std::string("backend '") + m_backend->name() + "' failed (" + reason +
                                 "); the grid on the CPU takes over";
     log(LogLevel::Warning, message.c_str());
-    m_backend = makeFallbackBackend(m_options);
+    useBackend(makeFallbackBackend(m_options));
     ++m_fallbacksTotal;
 }
 

@@ -4,6 +4,7 @@
 
 #include "cullet/broad/backend.h"
 #include "cullet/broad/queries/query_index.h"
+#include "cullet/broad/queries/row_source.h"
 #include "cullet/plugin/broadphase.h"
 #include "cullet/plugin/pair_sync/deferred_pairs.h"
 #include "cullet/plugin/pair_sync/pair_cache_adapter.h"
@@ -53,9 +54,18 @@ public:
     /// Frees the rows of destroyed proxies without an update; the next update restarts the backend from all rows.
     void skipChanges();
 
+    /// The backend as a RowSource that knows where all rows are now; null if there is none.
+    const RowSource* rowSource() const
+    {
+        return m_rowSource != nullptr && !m_needsRestart && !m_store.table().hasChanges() ? m_rowSource
+                                                                                          : nullptr;
+    }
+    std::uint64_t updatesTotal() const noexcept { return m_updatesTotal; }
+
     void addTo(BroadphaseStats& stats) const;
 
 private:
+    void useBackend(std::unique_ptr<Backend> backend);
     bool recentreIfCoarse(const ProxyView& view);
     void detectExternalChanges();
     bool runBackend(const ProxyView& view);
@@ -88,6 +98,7 @@ private:
     ProxyStore& m_store;
     PairCacheAdapter m_adapter;
     std::unique_ptr<Backend> m_backend;
+    const RowSource* m_rowSource = nullptr;  // the backend, if it is one
     DeferredPairs m_deferredPairs;
     PairMap m_speculativePairs;
 

@@ -52,6 +52,8 @@ public:
     void report(const ProxyStore& store, btBroadphaseAabbCallback& callback)
     {
         std::sort(m_ids.begin(), m_ids.end());
+        // A RowSource may find a row twice.
+        m_ids.erase(std::unique(m_ids.begin(), m_ids.end()), m_ids.end());
         for (const std::uint32_t id : m_ids)
         {
             // Bullet ignores the callback's result, so applications return arbitrary values.
@@ -73,6 +75,36 @@ private:
     std::vector<std::uint32_t> m_ids;
 };
 
+/// Calls a function for each row of a batch.
+template <class Test>
+class TestedRows final : public RowSink
+{
+public:
+    explicit TestedRows(Test& test) : m_test(test) {}
+    void take(const std::uint32_t* rows, std::uint32_t count) override
+    {
+        for (std::uint32_t i = 0; i < count; ++i)
+            m_test(rows[i]);
+    }
+
+private:
+    Test& m_test;
+};
+
+/// Tests the rows that a RowSource finds; returns whether it did.
+///
+/// @param find calls the source and returns the cost
+template <class Test, class Find>
+bool testRowsOfSource(const QuerySources& sources, Test& test, Find find)
+{
+    if (sources.rows == nullptr || !sources.index.prefersSource(sources.update))
+        return false;
+    TestedRows<Test> sink(test);
+    const std::uint32_t cost = find(*sources.rows, sink);
+    sources.index.countSource(cost);
+    return cost != 0;
+}
+
 RaySegment toSegment(const btVector3& from, const btVector3& boxMin, const btVector3& boxMax,
                      const btBroadphaseRayCallback& callback, const btVector3& origin)
 {
@@ -91,8 +123,8 @@ RaySegment toSegment(const btVector3& from, const btVector3& boxMin, const btVec
 }
 }  // namespace
 
-void testRay(const ProxyStore& store, const QueryIndex& index, const btVector3& from, const btVector3& boxMin,
-             const btVector3& boxMax, btBroadphaseRayCallback& callback)
+void testRay(const ProxyStore& store, const QuerySources& sources, const btVector3& from,
+             const btVector3& boxMin, const btVector3& boxMax, btBroadphaseRayCallback& callback)
 {
     unsigned int signs[3];
     for (int axis = 0; axis < 3; ++axis)
@@ -110,11 +142,16 @@ void testRay(const ProxyStore& store, const QueryIndex& index, const btVector3& 
                        callback.m_lambda_max))
             hits.add(proxy);
     };
-    index.forEachOnRay(toSegment(from, boxMin, boxMax, callback, store.origin().place()), test);
+    const RaySegment segment = toSegment(from, boxMin, boxMax, callback, store.origin().place());
+    RayPath path;
+    const auto find = [&](const RowSource& source, RowSink& sink)
+    { return makeRayPath(segment, path) ? source.findNearRay(path, store.table().boxes(), sink) : 0; };
+    if (!testRowsOfSource(sources, test, find))
+        sources.index.forEachOnRay(segment, test);
     hits.report(store, callback);
 }
 
-void testBox(const ProxyStore& store, const QueryIndex& index, const btVector3& boxMin,
+void testBox(const ProxyStore& store, const QuerySources& sources, const btVector3& boxMin,
              const btVector3& boxMax, btBroadphaseAabbCallback& callback)
 {
     Hits hits;
@@ -124,7 +161,11 @@ void testBox(const ProxyStore& store, const QueryIndex& index, const btVector3& 
         if (overlapsExactly(proxy.m_aabbMin, proxy.m_aabbMax, boxMin, boxMax))
             hits.add(proxy);
     };
-    index.forEachOverlap(store.origin().toTable(boxMin, boxMax), test);
+    const Aabb box = store.origin().toTable(boxMin, boxMax);
+    const auto find = [&](const RowSource& source, RowSink& sink)
+    { return isValid(box) ? source.findNearBox(box, store.table().boxes(), sink) : 0; };
+    if (!testRowsOfSource(sources, test, find))
+        sources.index.forEachOverlap(box, test);
     hits.report(store, callback);
 }
 }  // namespace CULLET_PRECISION

@@ -75,7 +75,7 @@ void ColumnGrid::scanColumn(const ColumnPass& pass, std::uint32_t column, unsign
         scratch.bold.resize(own.count + 4u);
     const ColumnSoa bold = buildColumn(pass, column, own, m_boldRows, isKept ? m_kept : scratch.bold,
                                        isKept ? own.begin : 0, scratch.builder);
-    if (isKept)
+    if (pass.use != ColumnUse::Once)
         m_longestExtents[column] = longestSweepExtent(bold);
     m_kernels.scanSelf(bold, out);
     if (regularCount == 0)
@@ -89,11 +89,11 @@ void ColumnGrid::scanColumn(const ColumnPass& pass, std::uint32_t column, unsign
 void ColumnGrid::scanColumns(const ColumnPass& pass)
 {
     const std::uint32_t columns = m_columns.capacity();
+    m_use = pass.use;
     if (pass.use == ColumnUse::Query)
-    {
         m_kept.resize(m_boldRowsUsed);
+    if (pass.use != ColumnUse::Once)
         m_longestExtents.assign(columns, 0.0f);
-    }
     for (Worker& worker : m_scratch)
         worker.buffer->tests = 0;
     const unsigned tasks = m_taskCount == 1 ? 1u : std::max(1u, columns / kColumnsPerTask);

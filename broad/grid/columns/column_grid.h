@@ -12,6 +12,7 @@
 #include "cullet/broad/grid/columns/column_hash.h"
 #include "cullet/broad/grid/columns/column_soa.h"
 #include "cullet/broad/grid/columns/grid_plan.h"
+#include "cullet/broad/queries/row_source.h"
 
 #include <array>
 #include <cstdint>
@@ -129,6 +130,11 @@ public:
     /// @param boxes [count] empty boxes are skipped
     void query(const Aabb* boxes, std::uint32_t count, unsigned worker, PairSink& sink) const;
 
+    /// See RowSource. The boxes are those of the last scan, or lie in them, enlarged as they were, if it had
+    /// ColumnUse::Query.
+    std::uint32_t findNearRay(const RayPath& ray, const Aabb* boxes, RowSink& sink) const;
+    std::uint32_t findNearBox(const Aabb& box, const Aabb* boxes, RowSink& sink) const;
+
     /// Orders boxes by the columns that they begin in, and along these.
     ///
     /// @param boxes [rows of the ProxyTable]
@@ -165,6 +171,8 @@ private:
     // A box that would touch more cells than this under a plan that did not expect it joins the unbounded boxes.
     static constexpr std::int64_t kMaxCells = 64;
     static constexpr std::int32_t kSquareSide = 8;  // side of a square of kMaxCells cells
+    // Cells that findNearRay() and findNearBox() look into at most.
+    static constexpr std::int64_t kMostFindCells = 1024;
 
     struct Entry
     {
@@ -302,6 +310,12 @@ private:
     void queryBox(const Aabb& box, TaggedRow proxyRow, PairBuffer& out) const;
     void queryLevel(const ColumnSoa& query, const Aabb& box, std::uint32_t level, PairBuffer& out) const;
     void queryColumn(const ColumnSoa& query, std::uint32_t column, PairBuffer& out) const;
+    class RowBatch;
+    void findInColumn(std::uint32_t column, const Aabb& box, RowBatch& rows) const;
+    void findInCells(std::uint32_t level, const CellRect& cells, const Aabb& box, RowBatch& rows) const;
+    bool isLongerAlongY(const RayPath& ray) const;
+    void followRay(std::uint32_t level, const RayPath& ray, const CellRect& all, RowBatch& rows) const;
+    void findUnbounded(const Aabb& box, RowBatch& rows) const;
 
     GridOptions m_options;
     ParallelLoops& m_workers;
@@ -324,13 +338,15 @@ private:
     std::vector<TaggedRow> m_regularRows;
     std::vector<std::uint32_t> m_unbounded;  // ascending
     mutable ColumnPool m_kept;               // bold columns, at their offsets in m_boldRows
-    std::vector<float> m_longestExtents;     // [columns] longest sweep extent in a kept column
-    std::vector<CellEdges> m_edges;          // [columns] while they are followed
-    std::vector<std::uint8_t> m_hasEdges;    // [columns]
-    std::vector<GridMotion> m_motions;       // [tasks]
-    std::uint32_t m_boldRowsUsed = 0;        // entries used of m_boldRows
-    float m_cellSkin = 0;                    // of the last scan
+    std::vector<float>
+        m_longestExtents;            // [columns] longest sweep extent, unless scanned for ColumnUse::Once
+    std::vector<CellEdges> m_edges;  // [columns] while they are followed
+    std::vector<std::uint8_t> m_hasEdges;  // [columns]
+    std::vector<GridMotion> m_motions;     // [tasks]
+    std::uint32_t m_boldRowsUsed = 0;      // entries used of m_boldRows
+    float m_cellSkin = 0;                  // of the last scan
     bool m_isFollowable = false;
+    ColumnUse m_use = ColumnUse::Once;  // of the last scan
     std::uint32_t m_followedScans = 0;  // since the last fill
     std::uint64_t m_entryCount = 0;
     std::uint64_t m_testCount = 0;

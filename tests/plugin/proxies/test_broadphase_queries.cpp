@@ -291,6 +291,50 @@ TEST(BroadphaseQueries, EqualBruteForceForRaysAndSweeps)
     EXPECT_GT(broadphase.stats().queryTreeBuildsTotal, 0u);
 }
 
+/// The grid, which has just found the pairs, knows where the bodies are: no tree, and no scan of all.
+TEST(BroadphaseQueries, EqualBruteForceWithoutATreeAmongBodiesThatAllMove)
+{
+    BroadphaseOptions options;
+    options.backend = BackendChoice::Grid;
+    options.threads = 1;
+    Broadphase broadphase(options);
+    Random random(41);
+    constexpr int kBodies = 6000;
+    std::vector<btBroadphaseProxy*> proxies;
+    std::vector<btVector3> places;
+    for (int i = 0; i < kBodies; ++i)
+    {
+        places.push_back(vec(random.point(0, 40)));
+        proxies.push_back(addCube(broadphase, places.back()));
+    }
+    std::size_t hitCount = 0;
+    for (int frame = 0; frame < 6; ++frame)
+    {
+        for (int i = 0; i < kBodies; ++i)
+            moveCube(broadphase, proxies[std::size_t(i)],
+                     places[std::size_t(i)] += vec(random.point(-0.1f, 0.1f)));
+        broadphase.calculateOverlappingPairs(nullptr);
+        for (int i = 0; i < 30; ++i)
+        {
+            const btVector3 from = vec(random.point(0, 40));
+            const btVector3 to = from + vec(random.point(-15, 15));
+            const btVector3 boxMin = i % 2 == 0 ? vec(0, 0, 0) : vec(-0.5, -0.25, 0);
+            RayHits hits(from, to);
+            broadphase.rayTest(from, to, hits, boxMin, -boxMin);
+            ASSERT_EQ(hits.ids, bruteRay(proxies, from, hits, boxMin, -boxMin))
+                << "frame " << frame << " query " << i;
+            hitCount += hits.ids.size();
+        }
+        EXPECT_EQ(broadphase.stats().queryTreeSyncsTotal, 0u);
+        // A body that has moved since then is found where it is now.
+        const btVector3 away = vec(100 + frame, 100, 100);
+        moveCube(broadphase, proxies[7], away);
+        EXPECT_EQ(rayHits(broadphase, away - vec(3, 0, 0), away + vec(3, 0, 0)), (Ids{8}));
+        EXPECT_EQ(boxHits(broadphase, away, away), (Ids{8}));
+    }
+    EXPECT_GT(hitCount, 300u);
+}
+
 /// Bullet's box test with a NaN is false for every box where the NaN is in x or in the length, and takes no notice of
 /// one in y or z.
 TEST(BroadphaseQueries, EqualBruteForceForRaysWithNan)
