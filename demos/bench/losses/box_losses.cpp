@@ -107,14 +107,15 @@ private:
 class WalkingLoss : public ScriptedBroadphase
 {
 public:
-    WalkingLoss(const LossSetup& setup, double halfEdge, double origin)
+    /// @param mask of all boxes, whose group is 1
+    WalkingLoss(const LossSetup& setup, double halfEdge, double origin, int mask = -1)
         : ScriptedBroadphase(setup), m_random(setup.seed), m_halfEdge(halfEdge), m_origin(origin)
     {
         for (std::uint32_t row = 0; row < setup.bodies; ++row)
         {
             for (int axis = 0; axis < 3; ++axis)
                 m_centres.push_back(m_random.uniform(-1.0f, 1.0f));
-            add(boxOf(row));
+            add(boxOf(row), 1, mask);
         }
         makeBroadphase();
     }
@@ -183,6 +184,16 @@ private:
     bool allowsPairs() const override { return false; }
 
     Refusal m_filter;
+};
+
+class MaskedLoss : public WalkingLoss
+{
+public:
+    explicit MaskedLoss(const LossSetup& setup) : WalkingLoss(setup, 0.5, 0.0, 2)
+    {
+        createProxies();
+        findPairs();
+    }
 };
 
 class SpotLoss : public ScriptedBroadphase
@@ -264,10 +275,18 @@ public:
     }
 };
 
+/// The loop of a motion planner: links among static boxes, without a world, and with a margin of 0.
 class PlanningLoss : public ScriptedBroadphase
 {
 public:
-    explicit PlanningLoss(const LossSetup& setup) : ScriptedBroadphase(setup, 0), m_random(setup.seed)
+    enum class Motion
+    {
+        Teleports,  ///< links are somewhere else in each check
+        Steps       ///< links move by up to 2 cm on each axis
+    };
+
+    PlanningLoss(const LossSetup& setup, Motion motion)
+        : ScriptedBroadphase(setup, 0), m_motion(motion), m_random(setup.seed)
     {
         m_firstLink = setup.bodies - std::min(kLinks, setup.bodies / 2);
         for (std::uint32_t row = 0; row < setup.bodies; ++row)
@@ -281,13 +300,17 @@ public:
         findPairs();
     }
 
-    double run() override
+    double run() override { return check(200); }
+
+protected:
+    /// Milliseconds of so many checks.
+    double check(int poses)
     {
         double milliseconds = 0.0;
-        for (int pose = 0; pose < 200; ++pose)
+        for (int pose = 0; pose < poses; ++pose)
         {
             for (std::uint32_t row = m_firstLink; row < size(); ++row)
-                place(row, drawBox());
+                place(row, m_motion == Motion::Steps ? stepped(box(row)) : drawBox());
             const Stopwatch watch;
             setBoxes(m_firstLink);
             findPairs();
@@ -320,9 +343,38 @@ private:
         return cubeAt(centre, m_random.uniform(0.05f, 0.15f));
     }
 
+    ExactBox stepped(ExactBox box)
+    {
+        for (int axis = 0; axis < 3; ++axis)
+        {
+            const double by = m_random.uniform(-0.02f, 0.02f);
+            box.min[axis] += by;
+            box.max[axis] += by;
+        }
+        return box;
+    }
+
+    Motion m_motion;
     SplitMix64 m_random;
     std::uint32_t m_firstLink = 0;
     Counter m_counter;
+};
+
+/// A planner's thread from the construction of its broad phase on.
+class PlanningFromConstructionLoss : public PlanningLoss
+{
+public:
+    explicit PlanningFromConstructionLoss(const LossSetup& setup) : PlanningLoss(setup, Motion::Teleports) {}
+
+    double run() override
+    {
+        const Stopwatch watch;
+        destroy();
+        makeBroadphase();
+        createProxies();
+        const double construction = watch.wallMs();
+        return construction + check(20);
+    }
 };
 
 class ConstructionLoss : public FollowingBroadphase
@@ -363,6 +415,11 @@ std::unique_ptr<LossSide> makeRefusedLoss(const LossSetup& setup)
     return std::make_unique<RefusedLoss>(setup);
 }
 
+std::unique_ptr<LossSide> makeMaskedLoss(const LossSetup& setup)
+{
+    return std::make_unique<MaskedLoss>(setup);
+}
+
 std::unique_ptr<LossSide> makeSpotLoss(const LossSetup& setup)
 {
     return std::make_unique<SpotLoss>(setup);
@@ -380,7 +437,17 @@ std::unique_ptr<LossSide> makeHeapLoss(const LossSetup& setup)
 
 std::unique_ptr<LossSide> makePlanningLoss(const LossSetup& setup)
 {
-    return std::make_unique<PlanningLoss>(setup);
+    return std::make_unique<PlanningLoss>(setup, PlanningLoss::Motion::Teleports);
+}
+
+std::unique_ptr<LossSide> makePlanningStepsLoss(const LossSetup& setup)
+{
+    return std::make_unique<PlanningLoss>(setup, PlanningLoss::Motion::Steps);
+}
+
+std::unique_ptr<LossSide> makePlanningFromConstructionLoss(const LossSetup& setup)
+{
+    return std::make_unique<PlanningFromConstructionLoss>(setup);
 }
 
 std::unique_ptr<LossSide> makeConstructionLoss(const LossSetup& setup)

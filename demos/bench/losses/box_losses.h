@@ -20,6 +20,9 @@ std::unique_ptr<LossSide> makeFarLoss(const LossSetup& setup);
 /// Boxes of 1 m in a cube of 2 m, all of which move, with a filter callback that refuses all pairs.
 std::unique_ptr<LossSide> makeRefusedLoss(const LossSetup& setup);
 
+/// The same boxes without a callback; their filter words refuse all pairs.
+std::unique_ptr<LossSide> makeMaskedLoss(const LossSetup& setup);
+
 /// A new broad phase in each run: all bodies are created at one spot, which makes n (n - 1) / 2 pairs, and move apart.
 std::unique_ptr<LossSide> makeSpotLoss(const LossSetup& setup);
 
@@ -32,6 +35,12 @@ std::unique_ptr<LossSide> makeHeapLoss(const LossSetup& setup);
 /// The loop of motion planners: no world, gDbvtMargin = 0, static boxes and 10 links with filter words of their own.
 /// 200 poses a run, each in another place.
 std::unique_ptr<LossSide> makePlanningLoss(const LossSetup& setup);
+
+/// The same with links that move by up to 2 cm on each axis.
+std::unique_ptr<LossSide> makePlanningStepsLoss(const LossSetup& setup);
+
+/// A new broad phase in each run, with 20 of these poses.
+std::unique_ptr<LossSide> makePlanningFromConstructionLoss(const LossSetup& setup);
 
 /// Ten broad phases a run, each created with its bodies and destroyed.
 std::unique_ptr<LossSide> makeConstructionLoss(const LossSetup& setup);
