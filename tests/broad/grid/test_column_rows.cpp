@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include <ostream>
+#include <string>
 #include <vector>
 
 namespace cullet::test
@@ -35,6 +36,8 @@ struct RowsCase
     const char* name;
     RandomWorldOptions world;
     bool settles;
+    float margin = 1.0f;
+    float rebuildFraction = -1.0f;  ///< 1: resting mode begins at once
 };
 
 std::ostream& operator<<(std::ostream& out, const RowsCase& rowsCase)
@@ -63,7 +66,7 @@ RandomWorldOptions driftingWorldOfRows()
 RandomWorldOptions restingWorldOfRows()
 {
     RandomWorldOptions options = driftingWorldOfRows();
-    options.move = 0.02f;
+    options.move = 0.008f;
     options.stride = 0.25f;
     options.destroy = 0.002f;
     return options;
@@ -88,14 +91,16 @@ protected:
         GridOptions options;
         options.threads = 2;
         options.settles = rowsCase.settles;
+        options.rebuildFraction = rowsCase.rebuildFraction;
         return options;
     }
 
     void update()
     {
         PairDelta delta;
-        ASSERT_EQ(m_backend.update(m_table.beginUpdate(1.0f, true), delta), Status::Ok);
+        ASSERT_EQ(m_backend.update(m_table.beginUpdate(GetParam().margin, true), delta), Status::Ok);
         m_table.endUpdate();
+        m_updatesWithAwake += std::string(m_backend.stats().path) == "incremental" ? 1 : 0;
     }
 
     float coordinate(int axis)
@@ -176,6 +181,7 @@ protected:
     ColumnGridBackend m_backend;
     RandomWorld m_world;
     QueryRandom m_random{3};
+    int m_updatesWithAwake = 0;
     std::uint64_t m_answered = 0, m_received = 0, m_hits = 0;
 };
 
@@ -195,6 +201,7 @@ TEST_P(ColumnRows, HaveEveryBoxThatRayOrBoxMeetsAfterEachUpdate)
     }
     EXPECT_GT(m_answered, asked / 2);
     EXPECT_GT(m_hits, 1000u);
+    EXPECT_EQ(m_updatesWithAwake > 10, std::string(GetParam().name) == "Resting");
     // Boxes that are everywhere, and awake ones, are named each time.
     EXPECT_LT(m_received, m_answered * m_table.size() / 4) << "of few boxes each";
 }
@@ -213,7 +220,7 @@ TEST_P(ColumnRows, AreUnknownBeforeFirstUpdateAndAfterRestart)
 
 INSTANTIATE_TEST_SUITE_P(All, ColumnRows,
                          testing::Values(RowsCase{"Drifting", driftingWorldOfRows(), false},
-                                         RowsCase{"Resting", restingWorldOfRows(), true},
+                                         RowsCase{"Resting", restingWorldOfRows(), true, 0.125f, 1.0f},
                                          RowsCase{"Mixed", worldOf(15.0f, 0.3f, 0.5f, 2), false},
                                          RowsCase{"MixedSizes", worldOf(40.0f, 0.3f, 0.5f, 4), true},
                                          RowsCase{"Far", farWorldOfRows(), true}),
