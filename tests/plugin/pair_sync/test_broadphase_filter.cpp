@@ -185,6 +185,38 @@ TEST(BroadphaseFilter, HasPairsOfNewMaskWhenPlannerRemovesThoseOfTheOld)
     }
 }
 
+TEST(BroadphaseFilter, KeepsPairsOfOldMaskAsDbvtWhenPlannerCleansThem)
+{
+    const auto run = [](btBroadphaseInterface& broadphase)
+    {
+        auto* link = addCube(broadphase, vec(0, 0, 0));
+        auto* obstacle = addCube(broadphase, vec(0.5, 0, 0));
+        std::vector<bool> seen;
+        const auto look = [&](double x)
+        {
+            moveCube(broadphase, link, vec(x, 0, 0));
+            // Twice: DBVT tests a part of its pairs in each call.
+            broadphase.calculateOverlappingPairs(nullptr);
+            broadphase.calculateOverlappingPairs(nullptr);
+            seen.push_back(hasPair(broadphase, link, obstacle));
+        };
+        look(0);
+        link->m_collisionFilterMask = 0;
+        broadphase.getOverlappingPairCache()->cleanProxyFromPairs(link, nullptr);
+        for (const double x : {0.0, 0.01, 9.0, 0.0})
+            look(x);
+        link->m_collisionFilterMask = kAllGroups;
+        for (const double x : {9.0, 0.0})
+            look(x);
+        return seen;
+    };
+    Broadphase ours(bruteOptions());
+    StockBroadphase stock;
+    const std::vector<bool> expected = {true, true, true, false, false, false, true};
+    EXPECT_EQ(run(ours), expected);
+    EXPECT_EQ(run(stock), expected);
+}
+
 TEST(BroadphaseFilter, AppliesNewlyEnabledMaskInNextUpdate)
 {
     Broadphase broadphase(bruteOptions());
