@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #include "cullet/plugin/proxies/queries.h"
 
+#include "cullet/broad/queries/ray_path.h"
+
 #include <LinearMath/btAabbUtil2.h>
 
 #include <algorithm>

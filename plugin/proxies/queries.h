@@ -3,7 +3,7 @@
 #pragma once
 
 #include "cullet/broad/queries/query_index.h"
-#include "cullet/broad/queries/row_source.h"
+#include "cullet/broad/row_source.h"
 #include "cullet/plugin/proxies/proxy_store.h"
 
 #include <BulletCollision/BroadphaseCollision/btBroadphaseInterface.h>

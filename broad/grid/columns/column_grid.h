@@ -12,7 +12,7 @@
 #include "cullet/broad/grid/columns/column_hash.h"
 #include "cullet/broad/grid/columns/column_soa.h"
 #include "cullet/broad/grid/columns/grid_plan.h"
-#include "cullet/broad/queries/row_source.h"
+#include "cullet/broad/row_source.h"
 
 #include <array>
 #include <cstdint>

@@ -3,6 +3,7 @@
 //
 // Rows near rays and boxes, from the columns of the grid: RowSource.
 #include "cullet/broad/grid/column_grid_backend.h"
+#include "cullet/broad/queries/ray_path.h"
 #include "cullet/tests/broad/queries/query_checks.h"
 #include "cullet/tests/support/random_world.h"
 

@@ -8,8 +8,6 @@
 
 namespace cullet
 {
-struct RaySegment;
-
 /// A ray, or a box swept along a ray, as a segment: the boxes that it may hit overlap [low, high] at some place of it.
 struct RayPath
 {
@@ -21,9 +19,6 @@ struct RayPath
     /// The box around a part of the path, from `begin` to `end` in units of the direction.
     Aabb around(double begin, double end) const noexcept;
 };
-
-/// Prepares a ray; false for one with a number that is none, an infinite length, or coordinates beyond 1e15.
-bool makeRayPath(const RaySegment& segment, RayPath& path) noexcept;
 
 /// Receives rows in batches.
 class RowSink

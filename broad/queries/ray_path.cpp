@@ -1,28 +1,12 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "cullet/broad/queries/row_source.h"
+#include "cullet/broad/queries/ray_path.h"
 
-#include "cullet/broad/queries/query_index.h"
-
-#include <algorithm>
 #include <cfloat>
 #include <cmath>
 
 namespace cullet
 {
-Aabb RayPath::around(double begin, double end) const noexcept
-{
-    Aabb box;
-    for (int axis = 0; axis < 3; ++axis)
-    {
-        const double a = origin[axis] + direction[axis] * begin;
-        const double b = origin[axis] + direction[axis] * end;
-        box.min[axis] = roundDownToFloat(std::min(a, b) + low[axis]);
-        box.max[axis] = roundUpToFloat(std::max(a, b) + high[axis]);
-    }
-    return box;
-}
-
 bool makeRayPath(const RaySegment& segment, RayPath& path) noexcept
 {
     constexpr double kMost = 1e15;
