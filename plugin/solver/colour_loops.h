@@ -12,7 +12,7 @@ namespace cullet
 inline namespace CULLET_PRECISION
 {
 /// Blocks for which a task pays.
-constexpr std::size_t kBlocksOfTask = 12;
+constexpr std::size_t kBlocksOfTask = 4;
 
 /// Calls body(block, thread) for all blocks, colour by colour, those of a colour on several threads.
 template <class Body>

@@ -49,7 +49,7 @@ void ContactSet::collect(const btContactSolverInfo& info, btPersistentManifold**
     for (int i = 0; i < count; ++i)
     {
         if (i + kPrefetchDistance < count)
-            prefetchBodiesOf(manifolds[i + kPrefetchDistance]);
+            prefetchPointsOf(manifolds[i + kPrefetchDistance]);
         add(info, *manifolds[i], bodies);
     }
     m_order.sort(m_contacts, [](const Contact& contact) { return contact.hash; });
@@ -155,10 +155,21 @@ void ContactSet::setUp(const SolverStep& step, const btContactSolverInfo& info, 
     forEachBlock(m_plan, loops, [&](std::uint32_t i, unsigned) { setUpBlock(step, info, bodies, i); });
 }
 
+/// Prefetches the points of the block after this one.
+void ContactSet::prefetchNext(std::uint32_t index) const
+{
+    if (index + 1 == m_blocks.size())
+        return;
+    const ContactBlock& next = m_blocks[index + 1];
+    for (int lane = 0; lane < next.lanes; ++lane)
+        prefetchPointsOf(m_contacts[next.manifolds[lane]].manifold);
+}
+
 void ContactSet::setUpBlock(const SolverStep& step, const btContactSolverInfo& info, SolverBodies& bodies,
                             std::uint32_t index)
 {
     ContactBlock& block = m_blocks[index];
+    prefetchNext(index);
     btPersistentManifold* manifolds[kBlock];
     LivePoints points[kBlock];
     for (int lane = 0; lane < block.lanes; ++lane)
@@ -240,6 +251,7 @@ void ContactSet::writeBack(const SolverStep& step, ParallelLoops& loops) const
 {
     const auto writeBlock = [&](std::uint32_t index, unsigned)
     {
+        prefetchNext(index);
         const ContactBlock& block = m_blocks[index];
         for (int lane = 0; lane < block.lanes; ++lane)
         {
