@@ -6,7 +6,6 @@
 #include "cullet/plugin/solver/point_source.h"
 #include "cullet/plugin/step/prefetch_step.h"
 
-#include <BulletCollision/BroadphaseCollision/btBroadphaseProxy.h>
 #include <BulletCollision/CollisionDispatch/btCollisionObject.h>
 #include <BulletCollision/NarrowPhaseCollision/btPersistentManifold.h>
 #include <BulletDynamics/ConstraintSolver/btContactSolverInfo.h>
@@ -19,20 +18,13 @@ inline namespace CULLET_PRECISION
 {
 namespace
 {
-/// The number that the broad phase has given to an object.
-std::uint32_t idOf(const btCollisionObject* object)
+/// Two rounds of a mixing function by Chris Wellons ("hash prospector"), each of which changes all bits.
+std::uint32_t hashOf(std::uint32_t a, std::uint32_t b)
 {
-    const btBroadphaseProxy* const proxy = object->getBroadphaseHandle();
-    return proxy != nullptr ? static_cast<std::uint32_t>(proxy->m_uniqueId) : 0;
-}
-
-std::uint32_t hashOf(const btPersistentManifold& manifold)
-{
-    // Two rounds of a mixing function by Chris Wellons ("hash prospector"), each of which changes all bits.
     std::uint32_t hash = 0;
-    for (const btCollisionObject* object : {manifold.getBody0(), manifold.getBody1()})
+    for (const std::uint32_t id : {a, b})
     {
-        hash ^= idOf(object);
+        hash ^= id;
         hash = (hash ^ hash >> 16) * 0x7feb352du;
         hash = (hash ^ hash >> 15) * 0x846ca68bu;
         hash ^= hash >> 16;
@@ -61,8 +53,8 @@ void ContactSet::plan(const SolverStep& step, SolverBodies& bodies, const Parall
     for (const Contact& contact : m_contacts)
     {
         const auto moved = [&](std::uint32_t body) { return bodies.isMoved(body) ? body : kFixedBody; };
-        bodies.bind(contact.a);
-        bodies.bind(contact.b);
+        bodies.bind(contact.a, SolverBodies::Binding::Contacts);
+        bodies.bind(contact.b, SolverBodies::Binding::Contacts);
         m_constraints.push_back({moved(contact.a), moved(contact.b), 4u - contact.points});
     }
     m_plan.build(m_constraints, bodies.size());
@@ -83,7 +75,7 @@ void ContactSet::add(const btContactSolverInfo& info, btPersistentManifold& mani
     contact.b = numberOf(manifold.getBody1());
     if (!bodies.isMoved(contact.a) && !bodies.isMoved(contact.b))
         return;
-    contact.hash = hashOf(manifold);
+    contact.hash = hashOf(bodies.localId(contact.a), bodies.localId(contact.b));
     contact.points = static_cast<std::uint8_t>(live.count);
     for (int k = 0; k < live.count; ++k)
         notePoint(info, *live.points[k], k, contact);

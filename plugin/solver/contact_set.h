@@ -65,7 +65,7 @@ private:
     {
         btPersistentManifold* manifold;
         std::uint32_t a, b;   ///< numbers of its bodies
-        std::uint32_t hash;   ///< of the unique ids of its bodies
+        std::uint32_t hash;   ///< of the numbers of its bodies in their island
         std::uint8_t points;  ///< those that count
         std::uint8_t deep;    ///< a bit for each of them
         std::uint8_t turns;   ///< a bit for each with turning friction

@@ -139,8 +139,8 @@ void JointSet::add(const btContactSolverInfo& info, btTypedConstraint& joint, So
     if (request.m_numConstraintRows == 0)
         return;
     const std::uint32_t a = bodies.add(joint.getRigidBodyA()), b = bodies.add(joint.getRigidBodyB());
-    bodies.bind(a);
-    bodies.bind(b);
+    bodies.bind(a, SolverBodies::Binding::Joints);
+    bodies.bind(b, SolverBodies::Binding::Joints);
     const int wanted = joint.getOverrideNumSolverIterations();
     const int iterations = wanted > 0 ? wanted : info.m_numIterations;
     m_mostIterations = std::max(m_mostIterations, iterations);

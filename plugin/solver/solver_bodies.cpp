@@ -4,6 +4,7 @@
 
 #include "cullet/base/threads/parallel_loops.h"
 
+#include <BulletCollision/BroadphaseCollision/btBroadphaseProxy.h>
 #include <BulletDynamics/ConstraintSolver/btContactSolverInfo.h>
 #include <BulletDynamics/Dynamics/btRigidBody.h>
 #include <LinearMath/btTransformUtil.h>
@@ -19,6 +20,14 @@ namespace
 /// Bodies for which a task pays.
 constexpr std::size_t kGrain = 512;
 
+constexpr std::uint32_t kNoLocalId = ~std::uint32_t{0};
+
+std::uint32_t idOf(const btRigidBody& body)
+{
+    const btBroadphaseProxy* const proxy = body.getBroadphaseHandle();
+    return proxy != nullptr ? static_cast<std::uint32_t>(proxy->m_uniqueId) : 0;
+}
+
 void set(btScalar (&to)[3], const btVector3& from)
 {
     for (int i = 0; i < 3; ++i)
@@ -30,18 +39,11 @@ btVector3 vectorOf(const btScalar* from)
     return {from[0], from[1], from[2]};
 }
 
-/// Adds `time` times the change of a velocity in a substep, as far as forces can have made it: not an impact, nor what
-/// contacts take from the forces.
-void addMissing(const btScalar* force, btScalar share, const btScalar* now, const btScalar* before,
-                btScalar time, btScalar* missing)
+/// Whether forces alone can have changed a velocity: no impact, and no contact that takes from the forces.
+bool areForces(const btVector3& change, const btVector3& added)
 {
-    const btVector3 added = vectorOf(force) * share, change = vectorOf(now) - vectorOf(before);
-    if (!(change.dot(added) > 0))
-        return;
-    const btScalar most = added.length2(), square = change.length2();
-    const btScalar scaling = square > most ? btSqrt(most / square) : btScalar(1);
-    for (int k = 0; k < 3; ++k)
-        missing[k] += change[k] * (time * scaling);
+    constexpr btScalar kRounding = btScalar(1.001);
+    return change.dot(added) > 0 && change.length2() <= added.length2() * kRounding;
 }
 
 template <class Body>
@@ -62,12 +64,28 @@ void SolverBodies::clear(btCollisionObject** bodies, int count)
 {
     m_bodies.assign(1, nullptr);
     m_isMoved.assign(1, 0);
-    m_isBound.assign(1, 0);
+    m_bindings.assign(1, Binding::None);
     m_kinematic.clear();
     for (int i = 0; i < count; ++i)
         bodies[i]->setCompanionId(-1);
     for (int i = 0; i < count; ++i)
         add(*bodies[i]);
+    findLocalIds();
+}
+
+/// Bodies of an island follow each other.
+void SolverBodies::findLocalIds()
+{
+    m_localIds.assign(1, kNoLocalId);
+    for (std::uint32_t begin = 1, end = 1; begin < size(); begin = end)
+    {
+        const int island = m_bodies[begin]->getIslandTag();
+        std::uint32_t least = kNoLocalId;
+        for (end = begin; end < size() && m_bodies[end]->getIslandTag() == island; ++end)
+            least = std::min(least, idOf(*m_bodies[end]));
+        for (std::uint32_t i = begin; i < end; ++i)
+            m_localIds.push_back(isMoved(i) ? idOf(*m_bodies[i]) - least : kNoLocalId);
+    }
 }
 
 std::uint32_t SolverBodies::add(btCollisionObject& object)
@@ -98,9 +116,10 @@ std::uint32_t SolverBodies::add(btCollisionObject& object)
 
 void SolverBodies::append(btRigidBody* body)
 {
+    m_localIds.push_back(kNoLocalId);
     m_bodies.push_back(body);
     m_isMoved.push_back(body->getInvMass() != btScalar(0) ? 1 : 0);
-    m_isBound.push_back(0);
+    m_bindings.push_back(Binding::None);
 }
 
 void SolverBodies::readStates(const btContactSolverInfo& info, ParallelLoops& loops)
@@ -166,15 +185,16 @@ void SolverBodies::beginSubsteps()
             m_motions[i].angular[k] = m_states[i].angular[k] - m_states[i].torque[k];
         }
     }
-    m_before = m_motions;
-    m_missing.assign(m_motions.size(), {});
+    m_missing.resize(m_motions.size());
+    for (std::size_t i = 0; i < m_motions.size(); ++i)
+        m_missing[i] = {MissingPart(m_motions[i].linear), MissingPart(m_motions[i].angular)};
 }
 
 void SolverBodies::addForces(int substep, btScalar share)
 {
     for (std::size_t i = 0; i < m_states.size(); ++i)
     {
-        const btScalar part = m_isBound[i] != 0 ? share : btScalar(substep == 0 ? 1 : 0);
+        const btScalar part = m_bindings[i] != Binding::None ? share : btScalar(substep == 0 ? 1 : 0);
         for (int k = 0; k < 3; ++k)
         {
             m_motions[i].linear[k] += m_states[i].force[k] * part;
@@ -197,15 +217,24 @@ void SolverBodies::move(btScalar time)
 
 void SolverBodies::endSubstep(int substep, btScalar share, btScalar time)
 {
+    const btScalar before = btScalar(substep) * time;
     for (std::size_t i = 0; i < m_motions.size(); ++i)
     {
-        SolverMotion &before = m_before[i], &missing = m_missing[i];
-        addMissing(m_states[i].force, share, m_motions[i].linear, before.linear, btScalar(substep) * time,
-                   missing.linear);
-        addMissing(m_states[i].torque, share, m_motions[i].angular, before.angular, btScalar(substep) * time,
-                   missing.angular);
-        before = m_motions[i];
+        if (m_bindings[i] != Binding::Contacts)
+            continue;
+        MissingWay& missing = m_missing[i];
+        missing.linear.add(m_states[i].force, share, m_motions[i].linear, before);
+        missing.angular.add(m_states[i].torque, share, m_motions[i].angular, before);
     }
+}
+
+void SolverBodies::MissingPart::add(const btScalar* force, btScalar share, const btScalar* velocity,
+                                    btScalar time)
+{
+    const btVector3 now = vectorOf(velocity), change = now - last;
+    last = now;
+    isOfForces = isOfForces && areForces(change, vectorOf(force) * share);
+    way += change * time;
 }
 
 void SolverBodies::writeBackMoved(const btContactSolverInfo& info, ParallelLoops& loops)
@@ -223,14 +252,15 @@ void SolverBodies::writeBackMoved(const btContactSolverInfo& info, std::uint32_t
                     angular = vectorOf(m_motions[number].angular);
     body.setLinearVelocity(linear);
     body.setAngularVelocity(angular);
-    if (m_isBound[number] == 0)
+    if (m_bindings[number] == Binding::None)
         return;
     // Bullet's integration follows, by the velocity at the end for the whole step.
     btTransform now, before;
-    const SolverMotion &way = m_pushes[number], &missing = m_missing[number];
+    const SolverMotion& way = m_pushes[number];
+    const MissingWay& missing = m_missing[number];
     btTransformUtil::integrateTransform(body.getWorldTransform(),
-                                        vectorOf(way.linear) + vectorOf(missing.linear),
-                                        vectorOf(way.angular) + vectorOf(missing.angular), 1, now);
+                                        vectorOf(way.linear) + missing.linear.total(),
+                                        vectorOf(way.angular) + missing.angular.total(), 1, now);
     btTransformUtil::integrateTransform(now, -linear, -angular, info.m_timeStep, before);
     body.setWorldTransform(before);
 }

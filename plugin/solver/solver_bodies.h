@@ -4,6 +4,9 @@
 
 #include "cullet/plugin/solver/solver_rows.h"
 
+#include <LinearMath/btVector3.h>
+
+#include <algorithm>
 #include <cstdint>
 #include <vector>
 
@@ -40,7 +43,8 @@ public:
     /// Moves the bodies by their velocities.
     void move(btScalar time);
     /// Ends a substep. A step must move a body by its velocity after the forces of the step, as Bullet's does: springs that
-    /// an application makes of forces gain energy otherwise. So what forces have added now is missing in the substeps before.
+    /// an application makes of forces gain energy otherwise. So what forces have added now is missing in the substeps before,
+    /// where nothing else has changed the velocity in the step. A joint would be torn apart by it.
     void endSubstep(int substep, btScalar share, btScalar time);
     /// Gives the bodies their velocities, and places from which Bullet moves them to where they are now.
     void writeBackMoved(const btContactSolverInfo& info, ParallelLoops& loops);
@@ -52,8 +56,20 @@ public:
     std::uint32_t size() const { return static_cast<std::uint32_t>(m_bodies.size()); }
     const btRigidBody* body(std::uint32_t number) const { return m_bodies[number]; }
     const SolverBodyState* states() const { return m_states.data(); }
-    /// Notes that a body has rows.
-    void bind(std::uint32_t number) { m_isBound[number] = 1; }
+    /// What moves a body besides forces.
+    enum class Binding : std::uint8_t
+    {
+        None,
+        Contacts,
+        Joints  ///< and maybe contacts
+    };
+    void bind(std::uint32_t number, Binding binding)
+    {
+        m_bindings[number] = std::max(m_bindings[number], binding);
+    }
+    /// The number that the broad phase gave to a body that rows move, less the lowest of its island: it does not depend on
+    /// other islands. All other objects have one in common.
+    std::uint32_t localId(std::uint32_t number) const { return m_localIds[number]; }
     /// Whether rows may change a body, which is not so for kinematic ones.
     bool isMoved(std::uint32_t number) const { return m_isMoved[number] != 0; }
 
@@ -63,18 +79,39 @@ public:
     SolverMotion* pushes() { return m_pushes.data(); }
 
 private:
+    /// The way that forces add to that of the substeps, see endSubstep().
+    struct MissingPart
+    {
+        MissingPart() = default;
+        explicit MissingPart(const btScalar* velocity)
+            : last(velocity[0], velocity[1], velocity[2]), way(0, 0, 0)
+        {
+        }
+        void add(const btScalar* force, btScalar share, const btScalar* velocity, btScalar time);
+        btVector3 total() const { return isOfForces ? way : btVector3(0, 0, 0); }
+
+        btVector3 last;  ///< velocity at the end of the last substep
+        btVector3 way;
+        bool isOfForces = true;  ///< nothing else has changed the velocity in the step
+    };
+    struct MissingWay
+    {
+        MissingPart linear, angular;
+    };
+
     void append(btRigidBody* body);
+    void findLocalIds();
     static void readState(const btContactSolverInfo& info, btRigidBody& body, SolverBodyState& state);
     void writeBack(const btContactSolverInfo& info, std::uint32_t number) const;
     void writeBackMoved(const btContactSolverInfo& info, std::uint32_t number) const;
 
     std::vector<btRigidBody*> m_bodies;             ///< [number], null for the fixed one
     std::vector<std::uint8_t> m_isMoved;            ///< [number]
-    std::vector<std::uint8_t> m_isBound;            ///< [number] whether the body has rows
+    std::vector<Binding> m_bindings;                ///< [number]
+    std::vector<std::uint32_t> m_localIds;          ///< [number]
     std::vector<std::uint32_t> m_kinematic;         ///< numbers of kinematic bodies
     std::vector<SolverBodyState> m_states;          ///< [number]
-    std::vector<SolverMotion> m_before;             ///< [number] velocities at the end of the last substep
-    std::vector<SolverMotion> m_missing;            ///< [number] way that forces add to that of the substeps
+    std::vector<MissingWay> m_missing;              ///< [number] in a soft step
     std::vector<SolverMotion> m_motions, m_pushes;  ///< [number]
 };
 }  // namespace CULLET_PRECISION
