@@ -39,13 +39,6 @@ btVector3 vectorOf(const btScalar* from)
     return {from[0], from[1], from[2]};
 }
 
-/// Whether forces alone can have changed a velocity: no impact, and no contact that takes from the forces.
-bool areForces(const btVector3& change, const btVector3& added)
-{
-    constexpr btScalar kRounding = btScalar(1.001);
-    return change.dot(added) > 0 && change.length2() <= added.length2() * kRounding;
-}
-
 template <class Body>
 void forEach(std::size_t count, ParallelLoops& loops, const Body& body)
 {
@@ -217,23 +210,23 @@ void SolverBodies::move(btScalar time)
 
 void SolverBodies::endSubstep(int substep, btScalar share, btScalar time)
 {
-    const btScalar before = btScalar(substep) * time;
     for (std::size_t i = 0; i < m_motions.size(); ++i)
     {
-        if (m_bindings[i] != Binding::Contacts)
-            continue;
-        MissingWay& missing = m_missing[i];
-        missing.linear.add(m_states[i].force, share, m_motions[i].linear, before);
-        missing.angular.add(m_states[i].torque, share, m_motions[i].angular, before);
+        const SolverBodyState& state = m_states[i];
+        m_missing[i].linear.add(m_motions[i].linear, vectorOf(state.force) * share, btScalar(substep) * time);
+        m_missing[i].angular.add(m_motions[i].angular, vectorOf(state.torque) * share,
+                                 btScalar(substep) * time);
     }
 }
 
-void SolverBodies::MissingPart::add(const btScalar* force, btScalar share, const btScalar* velocity,
-                                    btScalar time)
+void SolverBodies::MissingPart::add(const btScalar* velocity, const btVector3& added, btScalar time)
 {
+    constexpr btScalar kMostGrowth = btScalar(1.5 * 1.5);
     const btVector3 now = vectorOf(velocity), change = now - last;
     last = now;
-    isOfForces = isOfForces && areForces(change, vectorOf(force) * share);
+    if (time == 0)
+        first = change.length2();
+    isSteady = isSteady && change.length2() <= kMostGrowth * btMax(first, added.length2());
     way += change * time;
 }
 

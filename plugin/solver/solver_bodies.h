@@ -43,8 +43,8 @@ public:
     /// Moves the bodies by their velocities.
     void move(btScalar time);
     /// Ends a substep. A step must move a body by its velocity after the forces of the step, as Bullet's does: springs that
-    /// an application makes of forces gain energy otherwise. So what forces have added now is missing in the substeps before,
-    /// where nothing else has changed the velocity in the step. A joint would be torn apart by it.
+    /// an application makes of forces, and chains under tension, gain energy otherwise. So what has been added to a velocity
+    /// now is missing in the substeps before, unless that is an impact.
     void endSubstep(int substep, btScalar share, btScalar time);
     /// Gives the bodies their velocities, and places from which Bullet moves them to where they are now.
     void writeBackMoved(const btContactSolverInfo& info, ParallelLoops& loops);
@@ -79,7 +79,7 @@ public:
     SolverMotion* pushes() { return m_pushes.data(); }
 
 private:
-    /// The way that forces add to that of the substeps, see endSubstep().
+    /// The way that is missing, see endSubstep().
     struct MissingPart
     {
         MissingPart() = default;
@@ -87,12 +87,13 @@ private:
             : last(velocity[0], velocity[1], velocity[2]), way(0, 0, 0)
         {
         }
-        void add(const btScalar* force, btScalar share, const btScalar* velocity, btScalar time);
-        btVector3 total() const { return isOfForces ? way : btVector3(0, 0, 0); }
+        void add(const btScalar* velocity, const btVector3& added, btScalar time);
+        btVector3 total() const { return isSteady ? way : btVector3(0, 0, 0); }
 
         btVector3 last;  ///< velocity at the end of the last substep
         btVector3 way;
-        bool isOfForces = true;  ///< nothing else has changed the velocity in the step
+        btScalar first = 0;    ///< change of the velocity in the first substep, squared
+        bool isSteady = true;  ///< no later substep has changed it by much more, or than forces: no impact
     };
     struct MissingWay
     {

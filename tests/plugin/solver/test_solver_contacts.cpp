@@ -116,7 +116,7 @@ TEST(SolverContacts, BounceAsStockWithModelBullet)
 }
 
 // Stock bounces too high or too low where a step is shorter than the way to a predicted contact.
-TEST(SolverContacts, DISABLED_BounceByFormulaWithModelSoft)
+TEST(SolverContacts, BounceByFormulaWithModelSoft)
 {
     for (const double restitution : {0.3, 0.5, 0.8, 1.0})
     {

@@ -381,11 +381,6 @@ TEST(SolverJoints, HoldChainsAsStockWithModelBullet)
     expectAsStock(chain, 10, {Contender::Bullet});
 }
 
-TEST(SolverJoints, DISABLED_HoldChainsAsStockWithModelSoft)
-{
-    expectAsStock(chain, 10, {Contender::Soft});
-}
-
 /// A plank bridge with boxes that fall on it.
 Measures bridge(SolverScene& scene)
 {
@@ -431,11 +426,6 @@ TEST(SolverJoints, HoldBridgesAsStockWithModelBullet)
     expectAsStock(bridge, 5, {Contender::Bullet});
 }
 
-TEST(SolverJoints, DISABLED_HoldBridgesAsStockWithModelSoft)
-{
-    expectAsStock(bridge, 5, {Contender::Soft});
-}
-
 /// One joint with many iterations of its own among others with few.
 Measures ownIterations(SolverScene& scene)
 {
@@ -459,7 +449,7 @@ TEST(SolverJoints, TakeIterationsOfTheirOwnAsStockWithModelBullet)
     expectAsStock(ownIterations, 1, {Contender::Bullet});
 }
 
-TEST(SolverJoints, DISABLED_TakeIterationsOfTheirOwnAsStockWithModelSoft)
+TEST(SolverJoints, TakeIterationsOfTheirOwnAsStockWithModelSoft)
 {
     expectAsStock(ownIterations, 1, {Contender::Soft});
 }
@@ -488,11 +478,6 @@ Measures hangingBeads(SolverScene& scene)
 TEST(SolverJoints, SwingChainsWithNoMoreEnergyThanStockWithModelBullet)
 {
     expectAsStock(hangingBeads, 3, {Contender::Bullet});
-}
-
-TEST(SolverJoints, DISABLED_SwingChainsWithNoMoreEnergyThanStockWithModelSoft)
-{
-    expectAsStock(hangingBeads, 3, {Contender::Soft});
 }
 }  // namespace
 }  // namespace cullet::test

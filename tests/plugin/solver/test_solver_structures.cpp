@@ -75,14 +75,6 @@ TEST(SolverStructures, KeepUnevenStacksNoWorseThanStockWithModelBullet)
         expectAsStock([&](SolverScene& scene) { return stack(scene, masses); }, 10, {Contender::Bullet});
 }
 
-TEST(SolverStructures, DISABLED_SinkNoMoreThanStockWithModelSoft)
-{
-    for (const auto& masses : evenStacks())
-        expectAsStock([&](SolverScene& scene) { return stack(scene, masses); }, 3, {Contender::Soft});
-    for (const auto& masses : kUnevenStacks)
-        expectAsStock([&](SolverScene& scene) { return stack(scene, masses); }, 3, {Contender::Soft});
-}
-
 TEST(SolverStructures, KeepStacksStillerThanStockWithModelSoft)
 {
     for (const auto& masses : evenStacks())
@@ -484,9 +476,11 @@ TEST(SolverStructures, LieStillWithoutSleepWithModelSoft)
 {
     SolverScene scene(Contender::Soft);
     fillHeap(scene, 300, false);
-    scene.step(600);
+    // The heap topples first. Of 300 such boxes, 70 to 150 move with stock.
+    scene.step(1200);
     EXPECT_LT(scene.meanDepth(), 0.004);
-    EXPECT_LT(scene.kineticEnergy() / 300, 1e-4);
+    const auto isMoving = [](const auto& body) { return double(body->getLinearVelocity().length()) > 0.02; };
+    EXPECT_LE(std::count_if(scene.bodies().begin(), scene.bodies().end(), isMoving), 3);
 }
 }  // namespace
 }  // namespace cullet::test

@@ -164,7 +164,7 @@ std::vector<std::uint64_t> hashesBeside(Contender model, int before, int after, 
     return hashes;
 }
 
-TEST(SolverThreads, DISABLED_SolveIslandAsIfItWereAlone)
+TEST(SolverThreads, SolveIslandAsIfItWereAlone)
 {
     for (const Contender model : kModels)
     {
