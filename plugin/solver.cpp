@@ -4,6 +4,7 @@
 
 #include "cullet/base/threads/parallel_loops.h"
 #include "cullet/broad/log.h"
+#include "cullet/plugin/core/dynamic_type.h"
 #include "cullet/plugin/solver/group_solver.h"
 #include "cullet/plugin/solver/solver_tasks.h"
 #include "cullet/plugin/step/bullet_joints.h"
@@ -82,9 +83,9 @@ const char* warningOf(SolverRefusal refusal)
 }
 }  // namespace
 
-struct Solver::Parts
+struct SolverWithoutState::Parts
 {
-    explicit Parts(Solver& solver, const SolverOptions& with)
+    Parts(btSequentialImpulseConstraintSolver& solver, const SolverOptions& with)
         : owner(solver), options(inRange(with)), loops(options.threads)
     {
     }
@@ -103,7 +104,7 @@ struct Solver::Parts
     void solveShared(const SolverTasks& what);
     void runShared(const SolverTasks& what);
 
-    Solver& owner;
+    btSequentialImpulseConstraintSolver& owner;
     SolverOptions options;
     ParallelLoops loops;
     std::vector<std::unique_ptr<GroupSolver>> solvers;  ///< [thread]
@@ -113,34 +114,57 @@ struct Solver::Parts
     bool hasWarned = false;
 };
 
-Solver::Solver(const SolverOptions& options) : m(std::make_unique<Parts>(*this, options)) {}
+Solver::Solver(const SolverOptions& options) : m(makeParts(*this, options)) {}
 
 Solver::~Solver() = default;
 
-const SolverOptions& Solver::options() const
+bool Solver::takesTasks() const
 {
-    return m->options;
+    return isExactly<Solver>(*this);
 }
 
-const SolverStats& Solver::stats() const
+Solver::Parts& Solver::parts() const
 {
-    return m->stats;
+    return *m;
 }
 
-btScalar Solver::solveGroup(btCollisionObject** bodies, int bodyCount, btPersistentManifold** manifolds,
-                            int manifoldCount, btTypedConstraint** joints, int jointCount,
-                            const btContactSolverInfo& info, btIDebugDraw* debugDrawer,
-                            btDispatcher* dispatcher)
+std::shared_ptr<SolverWithoutState::Parts> SolverWithoutState::makeParts(
+    btSequentialImpulseConstraintSolver& solver, const SolverOptions& options)
+{
+    return std::make_shared<Parts>(solver, options);
+}
+
+const SolverOptions& SolverWithoutState::options() const
+{
+    return parts().options;
+}
+
+const SolverStats& SolverWithoutState::stats() const
+{
+    return parts().stats;
+}
+
+const SolverStats& SolverWithoutState::statsOf(const Parts& parts)
+{
+    return parts.stats;
+}
+
+btScalar SolverWithoutState::solveGroup(btCollisionObject** bodies, int bodyCount,
+                                        btPersistentManifold** manifolds, int manifoldCount,
+                                        btTypedConstraint** joints, int jointCount,
+                                        const btContactSolverInfo& info, btIDebugDraw* debugDrawer,
+                                        btDispatcher* dispatcher)
 {
     BT_PROFILE("solveGroup");
-    m->stats = {};
-    m->solve({bodies, bodyCount, manifolds, manifoldCount, joints, jointCount}, info, debugDrawer,
-             dispatcher);
+    Parts& own = parts();
+    own.stats = {};
+    own.solve({bodies, bodyCount, manifolds, manifoldCount, joints, jointCount}, info, debugDrawer,
+              dispatcher);
     return 0;
 }
 
-void Solver::Parts::solve(const SolverGroup& group, const btContactSolverInfo& info,
-                          btIDebugDraw* debugDrawer, btDispatcher* dispatcher)
+void SolverWithoutState::Parts::solve(const SolverGroup& group, const btContactSolverInfo& info,
+                                      btIDebugDraw* debugDrawer, btDispatcher* dispatcher)
 {
     if (solvers.empty())
         solvers.push_back(std::make_unique<GroupSolver>());
@@ -156,7 +180,7 @@ void Solver::Parts::solve(const SolverGroup& group, const btContactSolverInfo& i
         note(report, group);
 }
 
-SolverRefusal Solver::Parts::refusalOf(const SolverGroup& group, const btContactSolverInfo& info)
+SolverRefusal SolverWithoutState::Parts::refusalOf(const SolverGroup& group, const btContactSolverInfo& info)
 {
     const SolverRefusal ofStep = refusalOfStep(info);
     if (ofStep != SolverRefusal::No)
@@ -166,16 +190,16 @@ SolverRefusal Solver::Parts::refusalOf(const SolverGroup& group, const btContact
     return isOwn ? SolverRefusal::No : SolverRefusal::ForeignJoint;
 }
 
-SolverRefusal Solver::Parts::refusalOfStep(const btContactSolverInfo& info)
+SolverRefusal SolverWithoutState::Parts::refusalOfStep(const btContactSolverInfo& info)
 {
     if ((info.m_solverMode & SOLVER_RANDMIZE_ORDER) != 0)
         return SolverRefusal::RandomOrder;
     return WorkerSolver::hasBulletsRows(owner, info) ? SolverRefusal::No : SolverRefusal::ForeignRows;
 }
 
-void Solver::Parts::solveByBullet(SolverRefusal refusal, const SolverGroup& group,
-                                  const btContactSolverInfo& info, btIDebugDraw* debugDrawer,
-                                  btDispatcher* dispatcher)
+void SolverWithoutState::Parts::solveByBullet(SolverRefusal refusal, const SolverGroup& group,
+                                              const btContactSolverInfo& info, btIDebugDraw* debugDrawer,
+                                              btDispatcher* dispatcher)
 {
     const bool isSetting = refusal == SolverRefusal::RandomOrder || refusal == SolverRefusal::ForeignRows;
     if (isSetting && !hasWarned)
@@ -189,8 +213,8 @@ void Solver::Parts::solveByBullet(SolverRefusal refusal, const SolverGroup& grou
                                                           info, debugDrawer, dispatcher);
 }
 
-GroupReport Solver::Parts::tryToSolve(GroupSolver& solver, const SolverGroup& group,
-                                      const btContactSolverInfo& info, ParallelLoops& with)
+GroupReport SolverWithoutState::Parts::tryToSolve(GroupSolver& solver, const SolverGroup& group,
+                                                  const btContactSolverInfo& info, ParallelLoops& with)
 {
     GroupReport report;
     const auto solve = [&]
@@ -212,7 +236,7 @@ GroupReport Solver::Parts::tryToSolve(GroupSolver& solver, const SolverGroup& gr
 }
 
 /// Counts a group, and says of it what Bullet's solver would say.
-void Solver::Parts::note(const GroupReport& report, const SolverGroup& group)
+void SolverWithoutState::Parts::note(const GroupReport& report, const SolverGroup& group)
 {
     ++stats.groups;
     stats.contacts += report.contacts;
@@ -228,7 +252,7 @@ void Solver::Parts::note(const GroupReport& report, const SolverGroup& group)
 }
 
 /// Whether all threads solve the groups of a task together, or Bullet's solver some.
-bool Solver::Parts::isAlone(const SolverTasks& what, unsigned task)
+bool SolverWithoutState::Parts::isAlone(const SolverTasks& what, unsigned task)
 {
     if (what.tasks.taskWork(task) > std::max(kWideWork, kWideShare * what.tasks.work() / loops.threads()))
         return true;
@@ -244,29 +268,30 @@ bool Solver::Parts::isAlone(const SolverTasks& what, unsigned task)
     return isForeignTask;
 }
 
-void Solver::solveTasks(const SolverTasks& what)
+void SolverWithoutState::solveTasks(const SolverTasks& what)
 {
-    m->stats = {};
-    const bool isRefused = m->refusalOfStep(what.info) != SolverRefusal::No;
-    std::vector<unsigned>& shared = m->sharedTasks;
+    Parts& own = parts();
+    own.stats = {};
+    const bool isRefused = own.refusalOfStep(what.info) != SolverRefusal::No;
+    std::vector<unsigned>& shared = own.sharedTasks;
     shared.clear();
     for (unsigned task = 0; task < what.tasks.tasks(); ++task)
     {
-        if (isRefused || m->loops.threads() == 1 || m->isAlone(what, task))
-            what.tasks.forEachGroup(task, [&](std::uint32_t group) { m->solve(what, group); });
+        if (isRefused || own.loops.threads() == 1 || own.isAlone(what, task))
+            what.tasks.forEachGroup(task, [&](std::uint32_t group) { own.solve(what, group); });
         else
             shared.push_back(task);
     }
-    m->solveShared(what);
+    own.solveShared(what);
 }
 
-void Solver::Parts::solve(const SolverTasks& what, std::uint32_t group)
+void SolverWithoutState::Parts::solve(const SolverTasks& what, std::uint32_t group)
 {
     solve(groupOf(what, group), what.info, what.debugDrawer, what.dispatcher);
 }
 
 /// Solves the groups of small tasks, each on one thread.
-void Solver::Parts::solveShared(const SolverTasks& what)
+void SolverWithoutState::Parts::solveShared(const SolverTasks& what)
 {
     while (solvers.size() < loops.threads())
         solvers.push_back(std::make_unique<GroupSolver>());
@@ -282,7 +307,7 @@ void Solver::Parts::solveShared(const SolverTasks& what)
     }
 }
 
-void Solver::Parts::runShared(const SolverTasks& what)
+void SolverWithoutState::Parts::runShared(const SolverTasks& what)
 {
     double work = 0;
     for (const unsigned task : sharedTasks)

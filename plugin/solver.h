@@ -39,6 +39,36 @@ struct SolverStats
         0;  ///< contacts and joints of a body with more than 64 of them, beyond the first 64
 };
 
+/// The functions of Solver. Its objects have the size of Bullet's class, and a derived class keeps their state.
+class CULLET_API SolverWithoutState : public btSequentialImpulseConstraintSolver
+{
+public:
+    struct Parts;
+
+    btScalar solveGroup(btCollisionObject** bodies, int bodyCount, btPersistentManifold** manifolds,
+                        int manifoldCount, btTypedConstraint** joints, int jointCount,
+                        const btContactSolverInfo& info, btIDebugDraw* debugDrawer,
+                        btDispatcher* dispatcher) override;
+
+    /// Solves all groups of a step. For World.
+    void solveTasks(const SolverTasks& tasks);
+
+    /// Whether solveTasks() does what solveGroup() does, which a class of the application may have replaced.
+    virtual bool takesTasks() const = 0;
+
+    /// The options, with numbers out of range replaced.
+    const SolverOptions& options() const;
+    const SolverStats& stats() const;
+    static const SolverStats& statsOf(const Parts& parts);
+
+protected:
+    /// The state of a solver, which may not be constructed yet.
+    static std::shared_ptr<Parts> makeParts(btSequentialImpulseConstraintSolver& solver,
+                                            const SolverOptions& options);
+
+    virtual Parts& parts() const = 0;
+};
+
 /// Bullet's sequential impulse solver in SIMD registers and on all cores: `cullet::Solver solver;` instead of
 /// `btSequentialImpulseConstraintSolver solver;`.
 ///
@@ -59,28 +89,20 @@ struct SolverStats
 ///
 /// Threads: one step of one world at a time, as with Bullet's solver. Joints of Bullet's classes may be called on any thread.
 /// Errors: none of its own; without memory for its rows, Bullet's solver solves the group.
-class CULLET_API Solver : public btSequentialImpulseConstraintSolver
+class CULLET_API Solver : public SolverWithoutState
 {
 public:
     explicit Solver(const SolverOptions& options = {});
     ~Solver() override;
+    Solver(const Solver&) = delete;
+    Solver& operator=(const Solver&) = delete;
 
-    btScalar solveGroup(btCollisionObject** bodies, int bodyCount, btPersistentManifold** manifolds,
-                        int manifoldCount, btTypedConstraint** joints, int jointCount,
-                        const btContactSolverInfo& info, btIDebugDraw* debugDrawer,
-                        btDispatcher* dispatcher) override;
-
-    /// Solves all groups of a step. For World.
-    void solveTasks(const SolverTasks& tasks);
-
-    /// The options, with numbers out of range replaced.
-    const SolverOptions& options() const;
-    const SolverStats& stats() const;
+    bool takesTasks() const override;
 
 private:
-    struct Parts;
+    Parts& parts() const override;
 
-    std::unique_ptr<Parts> m;
+    std::shared_ptr<Parts> m;
 };
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

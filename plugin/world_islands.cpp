@@ -38,7 +38,7 @@ struct WorldIslands::Parts
     void collectGroups();
     double parallelWork() const;
     void solveOnThreads(const Step& step);
-    void solveByOwn(Solver& solver, const Step& step);
+    void solveByOwn(SolverWithoutState& solver, const Step& step);
     void runTasks(const Step& step);
     void solveGroup(btConstraintSolver& solver, const Step& step, const IslandGroup& group);
 
@@ -62,6 +62,13 @@ bool hasForeignJoint(const WorldIslands::Joints& joints)
             return true;
     }
     return false;
+}
+
+/// The solver, if it is one of cullet's that takes all groups of a step.
+SolverWithoutState* ownSolver(btConstraintSolver& solver)
+{
+    auto* const own = dynamicCast<SolverWithoutState>(&solver);
+    return own != nullptr && own->takesTasks() ? own : nullptr;
 }
 
 bool hasForeignRows(btConstraintSolver& solver, const btContactSolverInfo& info)
@@ -139,8 +146,8 @@ bool WorldIslands::Parts::solve(const Step& step)
     step.solver.prepareSolve(step.world.getNumCollisionObjects(),
                              step.world.getDispatcher()->getNumManifolds());
     islands.build(step.world, step.manager, step.sortedJoints, step.info.m_minimumSolverBatchSize);
-    if (isExactly<Solver>(step.solver))
-        solveByOwn(static_cast<Solver&>(step.solver), step);
+    if (SolverWithoutState* const own = ownSolver(step.solver))
+        solveByOwn(*own, step);
     else if (stats.serial == SerialIslands::No)
         solveOnThreads(step);
     else
@@ -173,7 +180,7 @@ SerialIslands WorldIslands::Parts::reasonAgainst(const Step& step) const
 {
     if (!step.manager.getSplitIslands())
         return SerialIslands::NotSplit;
-    if (isExactly<Solver>(step.solver))
+    if (ownSolver(step.solver) != nullptr)
         return SerialIslands::OwnSolver;
     if (workers->threads() == 1)
         return SerialIslands::FewThreads;
@@ -234,7 +241,7 @@ void WorldIslands::Parts::solveOnThreads(const Step& step)
 }
 
 /// Gives all groups to a solver that divides them among threads of its own.
-void WorldIslands::Parts::solveByOwn(Solver& solver, const Step& step)
+void WorldIslands::Parts::solveByOwn(SolverWithoutState& solver, const Step& step)
 {
     BT_PROFILE("processIslands");
     for (IslandGroup group; islands.next(group);)

@@ -3,6 +3,7 @@
 
 // When World solves islands on several threads and when it does not, and what it leaves to classes of the application.
 #include "cullet/plugin/shapes/shape_boxes.h"
+#include "cullet/plugin/solver.h"
 #include "cullet/plugin/step/split_impulse_row.h"
 #include "cullet/plugin/world.h"
 #include "cullet/tests/plugin/world/step_stage.h"
@@ -149,6 +150,29 @@ TEST(WorldIslands, CallForeignSolversOnCallingThread)
         world.setConstraintSolver(solvers.back().get());
     };
     EXPECT_EQ(reasonAfter(useMlcp), SerialIslands::ForeignSolver);
+}
+
+/// A class of the application that might solve groups in its own way.
+class DerivedSolver : public Solver
+{
+};
+
+TEST(WorldIslands, GiveAllGroupsToCulletsSolverButNotToAClassDerivedFromIt)
+{
+    std::vector<std::unique_ptr<Solver>> solvers;
+    const auto use = [&](auto solver)
+    {
+        return [&solvers, solver](Serial& world)
+        {
+            solvers.push_back(solver());
+            world.setConstraintSolver(solvers.back().get());
+        };
+    };
+    EXPECT_EQ(reasonAfter(use([] { return std::make_unique<Solver>(); })), SerialIslands::OwnSolver);
+    EXPECT_GT(solvers.back()->stats().groups, 1u) << "of the whole step";
+    EXPECT_EQ(reasonAfter(use([] { return std::make_unique<DerivedSolver>(); })),
+              SerialIslands::ForeignSolver);
+    EXPECT_LE(solvers.back()->stats().groups, 1u) << "group by group";
 }
 
 /// A joint of the application, which counts calls on other threads than the one that made it.
