@@ -20,11 +20,22 @@ bool WorkerSolver::hasBulletsRows(btSequentialImpulseConstraintSolver& solver,
         (solver.*kSetup)(isSimd);
         solver.*kMode = info.m_solverMode;
     }
-    btSequentialImpulseConstraintSolver bullets;
-    (bullets.*kSetup)(isSimd);
-    return solver.getActiveConstraintRowSolverGeneric() == bullets.getActiveConstraintRowSolverGeneric() &&
-           solver.getActiveConstraintRowSolverLowerLimit() ==
-               bullets.getActiveConstraintRowSolverLowerLimit();
+    struct Rows
+    {
+        btSingleConstraintRowSolver generic, lowerLimit;
+    };
+    const auto rowsWith = [](bool withSimd) -> Rows
+    {
+        WorkerSolver bullets;
+        (bullets.*kSetup)(withSimd);
+        return {bullets.getActiveConstraintRowSolverGeneric(),
+                bullets.getActiveConstraintRowSolverLowerLimit()};
+    };
+    // Bullet chooses them by the mode and the processor alone.
+    static const Rows scalar = rowsWith(false), simd = rowsWith(true);
+    const Rows& bullets = isSimd ? simd : scalar;
+    return solver.getActiveConstraintRowSolverGeneric() == bullets.generic &&
+           solver.getActiveConstraintRowSolverLowerLimit() == bullets.lowerLimit;
 }
 
 void WorkerSolver::forgetGroups()
