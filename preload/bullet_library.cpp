@@ -169,24 +169,26 @@ const BulletLibrary& knownLibraryFor(const void* caller)
     return first != nullptr && first->next == nullptr ? *first : libraryFor(caller);
 }
 
-void* worldFunction(const BulletLibrary& bullet, WorldClass kind, WorldFunction function, const void* caller)
+void* dynamicsFunction(const BulletLibrary& bullet, DynamicsClass kind, DynamicsFunction function,
+                       const void* caller)
 {
     const auto row = static_cast<std::size_t>(kind), column = static_cast<std::size_t>(function);
-    std::atomic<void*>& known = bullet.worldFunctions[row][column];
+    std::atomic<void*>& known = bullet.dynamicsFunctions[row][column];
     if (known.load(std::memory_order_acquire) == nullptr)
-        known.store(resolveFor(caller, kWorldFunctionNames[row][column]), std::memory_order_release);
+        known.store(resolveFor(caller, kDynamicsFunctionNames[row][column]), std::memory_order_release);
     return known.load(std::memory_order_acquire);
 }
 
-bool ownsWorlds(const BulletLibrary& bullet, const void* caller)
+bool ownsClass(const BulletLibrary& bullet, DynamicsClass kind, const void* caller)
 {
     if (bullet.implementation == nullptr)
         return false;
-    const char* name = kWorldFunctionNames[0][0];
-    const void* constructor = worldFunction(bullet, WorldClass::Discrete, WorldFunction::Construct, caller);
+    const char* name = kDynamicsFunctionNames[static_cast<std::size_t>(kind)]
+                                             [static_cast<std::size_t>(DynamicsFunction::Construct)];
+    const void* constructor = dynamicsFunction(bullet, kind, DynamicsFunction::Construct, caller);
     if (dlsym(bullet.implementationHandle, name) == constructor)
         return true;
-    bullet.implementation->keepWorld("a library of Bullet that cullet was not built for");
+    bullet.implementation->keepDynamics(kind, "a library of Bullet that cullet was not built for");
     return false;
 }
 

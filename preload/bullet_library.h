@@ -18,8 +18,8 @@ struct BulletLibrary
     void* implementationHandle = nullptr;            ///< of dlopen()
     BulletLibrary* next = nullptr;
 
-    /// Functions of the worlds, which are in another of Bullet's libraries; null until worldFunction() has found them.
-    mutable std::atomic<void*> worldFunctions[kWorldClassCount][kWorldFunctionCount] = {};
+    /// Functions of worlds and solvers, which are in another of Bullet's libraries; null until dynamicsFunction() has found them.
+    mutable std::atomic<void*> dynamicsFunctions[kDynamicsClassCount][kDynamicsFunctionCount] = {};
 };
 
 /// The Bullet to which `caller` would be bound without the preloaded library: the first one in the process's global
@@ -32,11 +32,12 @@ const BulletLibrary& libraryFor(const void* caller);
 /// libraryFor() for calls on an object whose constructor has already called it; fast if there is one Bullet.
 const BulletLibrary& knownLibraryFor(const void* caller);
 
-/// A function of a world of Bullet's, as the caller would be bound to it without the preloaded library.
-void* worldFunction(const BulletLibrary& bullet, WorldClass kind, WorldFunction function, const void* caller);
+/// A function of a world or solver of Bullet's, as the caller would be bound to it without the preloaded library.
+void* dynamicsFunction(const BulletLibrary& bullet, DynamicsClass kind, DynamicsFunction function,
+                       const void* caller);
 
-/// Whether cullet may make the worlds that `caller` constructs. Says once why not.
-bool ownsWorlds(const BulletLibrary& bullet, const void* caller);
+/// Whether cullet may make the worlds or solvers that `caller` constructs. Says once why not.
+bool ownsClass(const BulletLibrary& bullet, DynamicsClass kind, const void* caller);
 
 /// The head of the list of all libraries that libraryFor() has found, linked by `next`.
 const BulletLibrary* knownLibraries();

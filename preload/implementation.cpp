@@ -6,6 +6,7 @@
 #include "cullet/plugin/isa_gjk.h"
 #include "cullet/preload/message.h"
 #include "cullet/preload/settings.h"
+#include "cullet/preload/solvers.h"
 #include "cullet/preload/stand_in.h"
 #include "cullet/preload/summary.h"
 #include "cullet/preload/worlds.h"
@@ -15,7 +16,11 @@
 #include <atomic>
 #include <exception>
 #include <memory>
+#include <mutex>
 #include <new>
+#include <set>
+#include <string>
+#include <utility>
 
 namespace cullet::preload
 {
@@ -74,16 +79,40 @@ void adopt(void* memory)
     }
 }
 
+bool constructDynamics(DynamicsClass kind, void* memory, const WorldArguments& arguments)
+{
+    return kind == DynamicsClass::Solver ? constructSolver(memory) : constructWorld(kind, memory, arguments);
+}
+
+bool destroyDynamics(DynamicsClass kind, void* memory, DynamicsFunction how)
+{
+    return kind == DynamicsClass::Solver ? destroySolver(memory, how) : destroyWorld(memory, how);
+}
+
+void keepDynamics(DynamicsClass kind, const char* what)
+{
+    const bool isSolver = kind == DynamicsClass::Solver;
+    if (isSolver ? !settings().solver.has_value() : !settings().replacesWorld)
+        return;
+    static auto& mutex = *new std::mutex;
+    static auto& said = *new std::set<std::pair<bool, std::string>>;
+    const std::lock_guard<std::mutex> lock(mutex);
+    if (said.emplace(isSolver, what).second)
+        printLine("%s: %s keeps Bullet's own %s", isSolver ? "CULLET_SOLVER" : "CULLET_WORLD=1", what,
+                  isSolver ? "solver" : "world");
+}
+
 void summarise()
 {
     if (!settings().hasSummary)
         return;
     writeSummary();
     writeWorlds();
+    writeSolvers();
 }
 
-constexpr Implementation kImplementation{construct,    adopt,     constructWorld,
-                                         destroyWorld, keepWorld, summarise};
+constexpr Implementation kImplementation{construct,       adopt,        constructDynamics,
+                                         destroyDynamics, keepDynamics, summarise};
 }  // namespace
 }  // namespace cullet::preload
 

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "cullet/preload/world_functions.h"
+#include "cullet/preload/dynamics_functions.h"
 
 namespace cullet::preload
 {
@@ -20,20 +20,21 @@ struct Implementation
     /// Registers ISA-GJK with a btCollisionDispatcher after Bullet's constructor.
     void (*adopt)(void* dispatcher);
 
-    /// Creates a stand-in for one of Bullet's worlds, if CULLET_WORLD is 1.
+    /// Creates a stand-in for one of Bullet's worlds or its solver, if CULLET_WORLD or CULLET_SOLVER asks for it.
     ///
-    /// @param memory as many bytes of the program as Bullet's class has
+    /// @param memory    as many bytes of the program as Bullet's class has
+    /// @param arguments of a world
     /// @return false: the memory is unchanged, and Bullet's constructor must run
-    bool (*constructWorld)(WorldClass kind, void* memory, const WorldArguments& arguments);
+    bool (*constructDynamics)(DynamicsClass kind, void* memory, const WorldArguments& arguments);
 
-    /// Destroys a stand-in for a world.
+    /// Destroys such a stand-in.
     ///
-    /// @param how WorldFunction::Delete: frees the memory too
+    /// @param how DynamicsFunction::Delete: frees the memory too
     /// @return false: it is none, and Bullet's destructor must run
-    bool (*destroyWorld)(void* memory, WorldFunction how);
+    bool (*destroyDynamics)(DynamicsClass kind, void* memory, DynamicsFunction how);
 
-    /// Says once that something keeps Bullet's own world, if CULLET_WORLD is 1.
-    void (*keepWorld)(const char* what);
+    /// Says once that something keeps Bullet's own world or solver, where another one was asked for.
+    void (*keepDynamics)(DynamicsClass kind, const char* what);
 
     /// Writes the statistics to stderr, if the environment requires it.
     void (*summarise)();

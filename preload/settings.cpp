@@ -35,6 +35,19 @@ void readPatchPoints(int& points)
         printLine("CULLET_PATCH_POINTS=%s: 1 to 4 expected; it is ignored", value);
 }
 
+std::optional<SolverModel> readSolver()
+{
+    const char* value = std::getenv("CULLET_SOLVER");
+    if (value == nullptr || value[0] == '\0' || std::strcmp(value, "0") == 0)
+        return std::nullopt;
+    if (std::strcmp(value, "1") == 0)
+        return SolverModel::Bullet;
+    if (std::strcmp(value, "soft") == 0)
+        return SolverModel::Soft;
+    printLine("CULLET_SOLVER=%s: 0, 1 or soft expected; it is ignored", value);
+    return std::nullopt;
+}
+
 void readBackend(Settings& result)
 {
     static constexpr struct
@@ -68,6 +81,7 @@ Settings read()
     Settings result;
     result.replacesNarrowPhase = readFlag("CULLET_NARROW").value_or(true);
     result.replacesWorld = readFlag("CULLET_WORLD").value_or(false);
+    result.solver = readSolver();
     result.fillsTrees = readFlag("CULLET_TREES");
     result.hasSummary = readFlag("CULLET_STATS").value_or(false);
     if (!readFlag("CULLET_BOXES").value_or(true))

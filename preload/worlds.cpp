@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #include "cullet/preload/worlds.h"
 
+#include "cullet/preload/kept_beside.h"
 #include "cullet/preload/message.h"
 #include "cullet/preload/settings.h"
 #include "cullet/preload/world_stand_in.h"
@@ -14,9 +15,6 @@
 #include <memory>
 #include <mutex>
 #include <new>
-#include <set>
-#include <string>
-#include <unordered_map>
 
 namespace cullet::preload
 {
@@ -27,10 +25,8 @@ using world_layers::StepParts;
 /// All stand-ins of worlds.
 struct Worlds
 {
-    std::mutex mutex;
-    std::unordered_map<const void*, std::unique_ptr<StepParts>> living;
-    std::set<std::string> kept;  ///< what was said to keep Bullet's world
-    std::uint64_t total = 0;
+    KeptBeside<StepParts> parts;
+    std::mutex mutex;                             ///< of the counts
     std::uint64_t mostBoxes = 0, mostBodies = 0;  ///< of those that ended, in their last step
 };
 
@@ -47,15 +43,6 @@ void count(const StepParts& parts, std::uint64_t& mostBoxes, std::uint64_t& most
     mostBodies = std::max(mostBodies, parts.bodies.stats().parallelBodies);
 }
 
-void beginWorld(const void* memory)
-{
-    auto parts = std::make_unique<StepParts>();
-    Worlds& all = worlds();
-    const std::lock_guard<std::mutex> lock(all.mutex);
-    all.living[memory] = std::move(parts);
-    ++all.total;
-}
-
 template <class Base, class Solver>
 void make(void* memory, const WorldArguments& arguments)
 {
@@ -67,38 +54,30 @@ void make(void* memory, const WorldArguments& arguments)
                            static_cast<Solver*>(arguments.solver),
                            static_cast<btCollisionConfiguration*>(arguments.configuration));
 }
-
-bool isStandIn(const void* memory)
-{
-    Worlds& all = worlds();
-    const std::lock_guard<std::mutex> lock(all.mutex);
-    return all.living.count(memory) != 0;
-}
 }  // namespace
 
 StepParts& stepPartsOf(const btCollisionWorld& world)
 {
-    Worlds& all = worlds();
-    const std::lock_guard<std::mutex> lock(all.mutex);
-    return *all.living.find(&world)->second;
+    return worlds().parts.of(&world);
 }
 
 void endWorld(const btCollisionWorld& world)
 {
     Worlds& all = worlds();
-    const std::lock_guard<std::mutex> lock(all.mutex);
-    const auto found = all.living.find(&world);
-    count(*found->second, all.mostBoxes, all.mostBodies);
-    all.living.erase(found);
+    {
+        const std::lock_guard<std::mutex> lock(all.mutex);
+        count(all.parts.of(&world), all.mostBoxes, all.mostBodies);
+    }
+    all.parts.remove(&world);
 }
 
-bool constructWorld(WorldClass kind, void* memory, const WorldArguments& arguments)
+bool constructWorld(DynamicsClass kind, void* memory, const WorldArguments& arguments)
 {
     if (!settings().replacesWorld)
         return false;
     try
     {
-        beginWorld(memory);
+        worlds().parts.add(memory, std::make_shared<StepParts>());
     }
     catch (const std::exception& problem)
     {
@@ -107,39 +86,27 @@ bool constructWorld(WorldClass kind, void* memory, const WorldArguments& argumen
     }
     switch (kind)
     {
-        case WorldClass::Discrete:
+        case DynamicsClass::Discrete:
             make<btDiscreteDynamicsWorld, btConstraintSolver>(memory, arguments);
             break;
-        case WorldClass::Simple:
+        case DynamicsClass::Simple:
             make<btSimpleDynamicsWorld, btConstraintSolver>(memory, arguments);
             break;
-        case WorldClass::MultiBody:
+        case DynamicsClass::MultiBody:
             make<btMultiBodyDynamicsWorld, btMultiBodyConstraintSolver>(memory, arguments);
+            break;
+        case DynamicsClass::Solver:
             break;
     }
     return true;
 }
 
-bool destroyWorld(void* memory, WorldFunction how)
+bool destroyWorld(void* memory, DynamicsFunction how)
 {
-    if (!settings().replacesWorld || !isStandIn(memory))
+    if (!settings().replacesWorld || !worlds().parts.has(memory))
         return false;
-    auto* world = static_cast<btDynamicsWorld*>(memory);
-    if (how == WorldFunction::Delete)
-        delete world;
-    else
-        world->~btDynamicsWorld();
+    destroyAs<btDynamicsWorld>(memory, how == DynamicsFunction::Delete);
     return true;
-}
-
-void keepWorld(const char* what)
-{
-    if (!settings().replacesWorld)
-        return;
-    Worlds& all = worlds();
-    const std::lock_guard<std::mutex> lock(all.mutex);
-    if (all.kept.insert(what).second)
-        printLine("CULLET_WORLD=1: %s keeps Bullet's own world", what);
 }
 
 void writeWorlds()
@@ -149,10 +116,9 @@ void writeWorlds()
     Worlds& all = worlds();
     const std::lock_guard<std::mutex> lock(all.mutex);
     std::uint64_t mostBoxes = all.mostBoxes, mostBodies = all.mostBodies;
-    for (const auto& [memory, parts] : all.living)
-        count(*parts, mostBoxes, mostBodies);
+    all.parts.forEach([&](const void*, const StepParts& parts) { count(parts, mostBoxes, mostBodies); });
     printLine("worlds: %" PRIu64 "; at most %" PRIu64 " boxes and %" PRIu64
               " bodies of a last step in parallel loops",
-              all.total, mostBoxes, mostBodies);
+              all.parts.total(), mostBoxes, mostBodies);
 }
 }  // namespace cullet::preload

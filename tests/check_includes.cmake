@@ -187,7 +187,7 @@ check_stands("__CUDA_ARCH__" "__CUDA_ARCH__"
     "broad/host_device[.]h|broad/psap/data/(${psap_device})[.]h|broad/psap/sorted/warp_scratch[.]h|cuda/kernels/(${kernel_device})[.]cuh")
 set(psap_asm "data/counting_sort|exec/shared_memory|sorted/warp_scratch")
 set(kernel_asm "block_append|launch|tile_kernels|warp_scan")
-set(host_asm "narrow/gjk/gjk_search[.]h|narrow/hull/posed_hull[.]h|plugin/core/dynamic_type[.]h|preload/interpose(_worlds)?[.]cpp")
+set(host_asm "narrow/gjk/gjk_search[.]h|narrow/hull/posed_hull[.]h|plugin/core/dynamic_type[.]h|preload/interpose(_dynamics)?[.]cpp")
 check_stands("asm" "(^|[^A-Za-z0-9_])asm( volatile)?\\("
     "broad/psap/(${psap_asm})[.]h|cuda/kernels/(${kernel_asm})[.]cuh|${host_asm}")
 

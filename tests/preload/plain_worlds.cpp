@@ -6,6 +6,7 @@
 
 #include "cullet/tests/plugin/body_hash.h"
 #include "cullet/tests/preload/plain_bodies.h"
+#include "cullet/tests/preload/repeated.h"
 
 #include <BulletDynamics/Dynamics/btDiscreteDynamicsWorldMt.h>
 #include <BulletDynamics/Dynamics/btSimpleDynamicsWorld.h>
@@ -16,12 +17,9 @@
 
 #include <cstdio>
 #include <cstdlib>
-#include <malloc.h>
 #include <memory>
 #include <string>
-#include <thread>
 #include <typeinfo>
-#include <vector>
 
 namespace cullet::test
 {
@@ -150,19 +148,7 @@ void runMany()
             world->stepSimulation(1);
         }
     };
-    makeSome();
-    const auto before = mallinfo2().uordblks;
-    makeSome();
-    std::printf("left %ld\n", static_cast<long>(mallinfo2().uordblks) - static_cast<long>(before));
-}
-
-void runInThreads()
-{
-    std::vector<std::thread> threads;
-    for (int i = 0; i < 4; ++i)
-        threads.emplace_back(runOnStack);
-    for (std::thread& thread : threads)
-        thread.join();
+    printBytesLeft(makeSome);
 }
 }  // namespace
 }  // namespace cullet::test
@@ -188,5 +174,5 @@ int main(int count, char** arguments)
     else if (kind == "many")
         runMany();
     else if (kind == "threads")
-        runInThreads();
+        runInFourThreads(runOnStack);
 }

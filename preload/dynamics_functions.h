@@ -8,6 +8,7 @@
 #define CULLET_DISCRETE_WORLD "_ZN23btDiscreteDynamicsWorld"
 #define CULLET_SIMPLE_WORLD "_ZN21btSimpleDynamicsWorld"
 #define CULLET_MULTI_BODY_WORLD "_ZN24btMultiBodyDynamicsWorld"
+#define CULLET_SOLVER "_ZN35btSequentialImpulseConstraintSolver"
 #define CULLET_WORLD_ARGUMENTS \
     "EP12btDispatcherP21btBroadphaseInterfaceP18btConstraintSolverP24btCollisionConfiguration"
 #define CULLET_MULTI_BODY_ARGUMENTS \
@@ -15,15 +16,16 @@
 
 namespace cullet::preload
 {
-/// The worlds of Bullet that the preloaded library replaces.
-enum class WorldClass
+/// The worlds and the solver of Bullet that the preloaded library replaces.
+enum class DynamicsClass
 {
     Discrete,
     Simple,
-    MultiBody
+    MultiBody,
+    Solver
 };
 
-enum class WorldFunction
+enum class DynamicsFunction
 {
     Construct,
     ConstructBase,
@@ -31,10 +33,10 @@ enum class WorldFunction
     Destroy
 };
 
-inline constexpr std::size_t kWorldClassCount = 3, kWorldFunctionCount = 4;
+inline constexpr std::size_t kDynamicsClassCount = 4, kDynamicsFunctionCount = 4;
 
-/// Symbol names in the order of WorldClass and WorldFunction.
-inline constexpr const char* kWorldFunctionNames[kWorldClassCount][kWorldFunctionCount] = {
+/// Symbol names in the order of DynamicsClass and DynamicsFunction.
+inline constexpr const char* kDynamicsFunctionNames[kDynamicsClassCount][kDynamicsFunctionCount] = {
     {CULLET_DISCRETE_WORLD "C1" CULLET_WORLD_ARGUMENTS, CULLET_DISCRETE_WORLD "C2" CULLET_WORLD_ARGUMENTS,
      CULLET_DISCRETE_WORLD "D0Ev", CULLET_DISCRETE_WORLD "D1Ev"},
     {CULLET_SIMPLE_WORLD "C1" CULLET_WORLD_ARGUMENTS, CULLET_SIMPLE_WORLD "C2" CULLET_WORLD_ARGUMENTS,
@@ -42,9 +44,10 @@ inline constexpr const char* kWorldFunctionNames[kWorldClassCount][kWorldFunctio
     {CULLET_MULTI_BODY_WORLD "C1" CULLET_MULTI_BODY_ARGUMENTS,
      CULLET_MULTI_BODY_WORLD "C2" CULLET_MULTI_BODY_ARGUMENTS, CULLET_MULTI_BODY_WORLD "D0Ev",
      CULLET_MULTI_BODY_WORLD "D1Ev"},
+    {CULLET_SOLVER "C1Ev", CULLET_SOLVER "C2Ev", CULLET_SOLVER "D0Ev", CULLET_SOLVER "D1Ev"},
 };
 
-/// Arguments of their constructors: pointers of the program to Bullet's types.
+/// Arguments of the constructors of worlds: pointers of the program to Bullet's types.
 struct WorldArguments
 {
     void* dispatcher;
