@@ -5,8 +5,11 @@
 #include "cullet/abi/status.h"
 #include "cullet/plugin/broadphase.h"
 #include "cullet/plugin/isa_gjk.h"
+#include "cullet/plugin/solver.h"
 
 #include <algorithm>
+#include <cstddef>
+#include <limits>
 #include <memory>
 
 using namespace cullet;
@@ -15,6 +18,11 @@ using namespace cullet::abi;
 struct cullet_broadphase
 {
     Broadphase broadphase;
+};
+
+struct cullet_solver
+{
+    Solver solver;
 };
 
 struct cullet_isa_gjk;
@@ -62,6 +70,52 @@ BroadphaseOptions toOptions(const cullet_broadphase_options& requested)
     options.margin = marginOf(requested.margin);
     if (requested.device_bodies != 0)
         options.deviceBodies = requested.device_bodies;
+    return options;
+}
+
+IsaGjkOptions toOptions(const cullet_isa_gjk_options& requested)
+{
+    IsaGjkOptions options;
+    require(requested.box_box >= 0 && requested.box_box <= 2, CULLET_ERROR_ARGUMENT,
+            "box_box: 0 to 2 expected");
+    require(requested.patch_points >= 0 && requested.patch_points <= 4, CULLET_ERROR_ARGUMENT,
+            "patch_points: 0 to 4 expected");
+    options.boxPairs = static_cast<BoxPairs>(requested.box_box);
+    options.checkPoints = requested.constant_points == 0;
+    options.meshes = requested.stock_meshes == 0;
+    options.activeEdges = requested.active_edges != 0;
+    if (requested.patch_points != 0)
+        options.patchPoints = requested.patch_points;
+    return options;
+}
+
+/// Takes a number above 0 that is one in btScalar too; 0 leaves the default.
+void takePositive(double requested, const char* text, btScalar& option)
+{
+    if (requested == 0)
+        return;
+    const bool isInRange = requested > 0 && requested <= std::numeric_limits<btScalar>::max();
+    option = isInRange ? static_cast<btScalar>(requested) : btScalar(0);
+    require(option > 0, CULLET_ERROR_ARGUMENT, text);
+}
+
+SolverOptions toOptions(const cullet_solver_options& requested)
+{
+    SolverOptions options;
+    require(requested.model == CULLET_SOLVER_BULLET || requested.model == CULLET_SOLVER_SOFT,
+            CULLET_ERROR_ARGUMENT, "model: one of CULLET_SOLVER_* expected");
+    require(requested.substeps >= 0 && requested.substeps <= 64, CULLET_ERROR_ARGUMENT,
+            "substeps: 0 to 64 expected");
+    if (requested.model == CULLET_SOLVER_SOFT)
+        options.model = SolverModel::Soft;
+    options.threads = checkedThreads(requested.threads);
+    if (requested.substeps != 0)
+        options.substeps = requested.substeps;
+    takePositive(requested.contact_frequency, "contact_frequency: a finite number above 0 expected",
+                 options.contactFrequency);
+    takePositive(requested.contact_damping, "contact_damping: a finite number above 0 expected",
+                 options.contactDamping);
+    takePositive(requested.push_speed, "push_speed: a finite number above 0 expected", options.pushSpeed);
     return options;
 }
 
@@ -126,14 +180,9 @@ cullet_status cullet_isa_gjk_register(uint32_t scalar_bytes, void* dispatcher,
         {
             requirePointer(dispatcher, "dispatcher is NULL");
             requirePrecision(scalar_bytes);
-            const auto known = readOptions<sizeof(cullet_isa_gjk_options)>(options);
-            IsaGjkOptions chosen;
-            require(known.box_box >= 0 && known.box_box <= 2, CULLET_ERROR_ARGUMENT,
-                    "box_box: 0 to 2 expected");
-            chosen.boxPairs = static_cast<BoxPairs>(known.box_box);
-            chosen.checkPoints = known.constant_points == 0;
+            const auto known = readOptions<offsetof(cullet_isa_gjk_options, stock_meshes)>(options);
             IsaGjkRegistration& made =
-                registerIsaGjk(*static_cast<btCollisionDispatcher*>(dispatcher), chosen);
+                registerIsaGjk(*static_cast<btCollisionDispatcher*>(dispatcher), toOptions(known));
             if (isa_gjk != nullptr)
                 *isa_gjk = reinterpret_cast<cullet_isa_gjk*>(&made);
             return CULLET_OK;
@@ -157,4 +206,48 @@ cullet_status cullet_isa_gjk_get_stats(const cullet_isa_gjk* isa_gjk, cullet_isa
             writeResult(known, stats);
             return CULLET_OK;
         });
+}
+
+cullet_status cullet_solver_create(uint32_t scalar_bytes, const cullet_solver_options* options,
+                                   cullet_solver** solver)
+{
+    return guarded(
+        [&]
+        {
+            requirePointer(solver, "solver is NULL");
+            requirePrecision(scalar_bytes);
+            const auto known = readOptions<sizeof(cullet_solver_options)>(options);
+            *solver = new cullet_solver{Solver(toOptions(known))};
+            return CULLET_OK;
+        });
+}
+
+void* cullet_solver_interface(cullet_solver* solver)
+{
+    return solver == nullptr ? nullptr : static_cast<btConstraintSolver*>(&solver->solver);
+}
+
+cullet_status cullet_solver_get_stats(cullet_solver* solver, cullet_solver_stats* stats)
+{
+    return guarded(
+        [&]
+        {
+            requirePointer(solver, "solver is NULL");
+            requireResult<sizeof(cullet_solver_stats)>(stats);
+            const SolverStats& now = solver->solver.stats();
+            cullet_solver_stats known{};
+            known.refusal = static_cast<std::int32_t>(now.refusal);
+            known.groups = now.groups;
+            known.refused_groups = now.refusedGroups;
+            known.contacts = now.contacts;
+            known.joints = now.joints;
+            known.serial_constraints = now.serialConstraints;
+            writeResult(known, stats);
+            return CULLET_OK;
+        });
+}
+
+void cullet_solver_destroy(cullet_solver* solver)
+{
+    delete solver;
 }

@@ -43,7 +43,7 @@
 
 /** Incremented when functions or members are added. A program runs with every library whose cullet_abi_version() is not
  *  lower than this; a change that breaks programs gives the library another file name (its SOVERSION). */
-#define CULLET_ABI_VERSION 1
+#define CULLET_ABI_VERSION 2
 
 typedef int32_t cullet_status;
 
@@ -103,7 +103,7 @@ enum
     CULLET_BACKEND_CUDA = 3   /**< a GPU */
 };
 
-/* ---------------------------------------------------------------- broad phase and contacts of a Bullet world ------ */
+/* ------------------------------------------------------- broad phase, contacts and solver of a Bullet world ------ */
 
 /** A broad phase for Bullet. */
 typedef struct cullet_broadphase cullet_broadphase;
@@ -169,6 +169,14 @@ typedef struct cullet_isa_gjk_options
     int32_t box_box;
     /** 1: points of hull shapes never change and shapes are never deleted; 0: compare the points in queries */
     int32_t constant_points;
+    /** Convex shapes against meshes, height fields and other concave shapes. 0: cullet chooses the triangles, and the
+     *  points that carry the contact; 1: Bullet's loop over triangles */
+    int32_t stock_meshes;
+    /** 1: correct the normals at edges inside of a mesh, so that sliding bodies do not jump there, with stock_meshes 0;
+     *  0: as Bullet */
+    int32_t active_edges;
+    /** Contact points of a pair and step at most, 1 to 4; 0: 4. With 1 or 2, bodies do not rest on their faces. */
+    int32_t patch_points;
 } cullet_isa_gjk_options;
 
 typedef struct cullet_isa_gjk_stats
@@ -198,6 +206,78 @@ CULLET_C_API cullet_status cullet_isa_gjk_register(uint32_t scalar_bytes, void* 
 /** Errors: NULL, SIZE. Any thread. */
 CULLET_C_API cullet_status cullet_isa_gjk_get_stats(const cullet_isa_gjk* isa_gjk,
                                                     cullet_isa_gjk_stats* stats);
+
+/** A solver for Bullet's worlds, in place of btSequentialImpulseConstraintSolver. */
+typedef struct cullet_solver cullet_solver;
+
+enum
+{
+    CULLET_SOLVER_BULLET = 0, /**< contacts behave as with Bullet's solver and the same parameters */
+    CULLET_SOLVER_SOFT = 1    /**< springs and dampers, solved in substeps: bodies come to rest */
+};
+
+typedef struct cullet_solver_options
+{
+    uint32_t size;    /**< sizeof(cullet_solver_options) */
+    int32_t model;    /**< CULLET_SOLVER_BULLET, ... */
+    int32_t threads;  /**< at most; 0: as many as the machine has. Results do not depend on it */
+    int32_t substeps; /**< CULLET_SOLVER_SOFT, as all below: 1 to 64; 0: 4 */
+    /** Of a contact between two bodies that move, in 1 / s; twice that with one that does not. 0: 30 */
+    double contact_frequency;
+    double contact_damping; /**< as a multiple of critical damping; 0: 10 */
+    double push_speed;      /**< the most by which overlap separates bodies, in m / s; 0: 3 */
+} cullet_solver_options;
+
+/** Why Bullet's solver solved a group: a part of a step whose bodies touch no others. */
+enum
+{
+    CULLET_REFUSAL_NONE = 0,          /**< it did not */
+    CULLET_REFUSAL_RANDOM_ORDER = 1,  /**< SOLVER_RANDMIZE_ORDER */
+    CULLET_REFUSAL_FOREIGN_ROWS = 2,  /**< row functions of the application */
+    CULLET_REFUSAL_FOREIGN_JOINT = 3, /**< a joint of a class of the application, or one that solves itself */
+    CULLET_REFUSAL_NO_MEMORY = 4      /**< no memory for the rows */
+};
+
+/** Of the last group that the world gave to the solver. */
+typedef struct cullet_solver_stats
+{
+    uint32_t size;               /**< sizeof(cullet_solver_stats) */
+    int32_t refusal;             /**< CULLET_REFUSAL_NONE, ... */
+    uint32_t groups;             /**< solved, also by Bullet's solver */
+    uint32_t refused_groups;     /**< those that Bullet's solver solved */
+    uint32_t contacts;           /**< manifolds with points, of the groups that were not refused */
+    uint32_t joints;             /**< enabled joints with rows */
+    uint32_t serial_constraints; /**< of a body with more than 64 contacts and joints, beyond the first 64 */
+    uint32_t reserved;           /**< 0 */
+} cullet_solver_stats;
+
+/**
+ * Creates a solver.
+ *
+ * @param scalar_bytes  sizeof(btScalar) of the program
+ * @param options       NULL: defaults
+ * @param solver        [out]
+ * Errors: PRECISION, NULL, SIZE, MEMORY; ARGUMENT for a model or a number out of range, a NaN, or a double that is no
+ * finite btScalar above 0. Any thread.
+ */
+CULLET_C_API cullet_status cullet_solver_create(uint32_t scalar_bytes, const cullet_solver_options* options,
+                                                cullet_solver** solver);
+
+/**
+ * The solver as a `btConstraintSolver*` of Bullet 3.24, for the constructor of a world or setConstraintSolver(); NULL for
+ * NULL. It points to a class derived from btSequentialImpulseConstraintSolver and belongs to the handle: do not delete
+ * it. The program must use the same shared Bullet as the library. What differs from Bullet's solver is in cullet's
+ * guide to the solver.
+ *
+ * Threads of the interface: one step of one world at a time. Per handle.
+ */
+CULLET_C_API void* cullet_solver_interface(cullet_solver* solver);
+
+/** Errors: NULL, SIZE. Per handle, not during a step. */
+CULLET_C_API cullet_status cullet_solver_get_stats(cullet_solver* solver, cullet_solver_stats* stats);
+
+/** Call after the world that uses it was destroyed; NULL is ignored. Per handle. */
+CULLET_C_API void cullet_solver_destroy(cullet_solver* solver);
 
 /* ---------------------------------------------------------------- boxes without Bullet ---------------------------- */
 

@@ -3,14 +3,13 @@
 
 // A Bullet program opens the library of the C interface at run time, like a program compiled long before; a second
 // world uses cullet as a C++ library, and both must agree bit by bit.
-#include "cullet/abi/cullet.h"
 #include "cullet/plugin/isa_gjk.h"
+#include "cullet/tests/abi/opened_library.h"
 #include "cullet/tests/plugin/falling_heap.h"
 
 #include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
 #include <gtest/gtest.h>
 
-#include <dlfcn.h>
 #include <limits>
 #include <string>
 #include <typeinfo>
@@ -19,37 +18,6 @@ namespace cullet::test
 {
 namespace
 {
-class Library
-{
-public:
-    Library() : m_handle(dlopen(CULLET_C_LIBRARY, RTLD_NOW | RTLD_LOCAL))
-    {
-        if (m_handle == nullptr)
-            ADD_FAILURE() << dlerror();
-    }
-
-    template <class Function>
-    Function* find(const char* name) const
-    {
-        void* symbol = dlsym(m_handle, name);
-        EXPECT_NE(symbol, nullptr) << name;
-        return reinterpret_cast<Function*>(symbol);
-    }
-
-private:
-    void* m_handle;
-};
-// The declaration gives the type only; nothing is linked.
-#define LOADED(library, name) (library).find<decltype(name)>(#name)
-
-template <class Result>
-Result sized()
-{
-    Result result = {};
-    result.size = sizeof(Result);
-    return result;
-}
-
 struct HeapResult
 {
     std::uint64_t hash;

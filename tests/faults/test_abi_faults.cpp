@@ -260,7 +260,14 @@ void liveWithBullet(FaultRun& run)
     cullet_broadphase_stats stats{};
     stats.size = sizeof stats;
     succeed(run, [&] { return cullet_broadphase_get_stats(broadphase, &stats); });
-    run.certain([&] { cullet_broadphase_destroy(broadphase); });
+    cullet_solver* solver = nullptr;
+    succeed(run, [&] { return cullet_solver_create(sizeof(btScalar), nullptr, &solver); });
+    run.certain(
+        [&]
+        {
+            cullet_solver_destroy(solver);
+            cullet_broadphase_destroy(broadphase);
+        });
 }
 
 TEST(AbiFaults, ReportMemoryAndChangeNothingWhenAllocationOfBoxSetFails)
