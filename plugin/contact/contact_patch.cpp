@@ -26,7 +26,8 @@ public:
     /// @param orientation  1: the face is counter-clockwise seen from the tip of the contact normal; -1: clockwise
     /// @param tolerance polygons that extend no farther outside are not clipped: with congruent faces, the points of a
     ///              stack would otherwise jump between nearly coincident corners
-    Prism(ContactPolygon& base, btScalar orientation, btScalar tolerance) : m_count((base.count + 3) / 4)
+    Prism(ContactPolygon& base, btScalar orientation, btScalar tolerance)
+        : m_base(base), m_tolerance(tolerance), m_count((base.count + 3) / 4)
     {
         // Padding edges have length 0.
         for (std::int32_t i = base.count; i <= 4 * m_count; ++i)
@@ -36,36 +37,19 @@ public:
                      m_sides[static_cast<std::size_t>(k)]);
     }
 
-    /// Clips a polygon to the prism.
+    /// Clips a polygon to the prism. What it leaves is outside by no more than the root of 2 times the tolerance.
     ///
     /// @param buffer scratch memory; the result is in this or in `polygon`
     ContactPolygon& clip(ContactPolygon& polygon, ContactPolygon& buffer) const
     {
         ContactPolygon* current = &polygon;
         ContactPolygon* out = &buffer;
+        bool isOutside = false;
         for (std::int32_t k = 0; k < m_count; ++k)
-        {
-            const Sides& sides = m_sides[static_cast<std::size_t>(k)];
-            Components lowest = {};
-            for (std::int32_t i = 0; i < current->count; ++i)
-            {
-                const Components& p = current->corners[static_cast<std::size_t>(i)];
-                const Components heights = sides.x * p[0] + sides.y * p[1] + sides.offset;
-                lowest = heights < lowest ? heights : lowest;
-            }
-            lowest += sides.tolerance;
-            for (int side = 0; side < 4; ++side)
-            {
-                if (lowest[side] >= 0)
-                    continue;
-                ContactPolygon::Heights heights;
-                for (std::size_t i = 0; i < static_cast<std::size_t>(current->count); ++i)
-                    heights[i] = sides.x[side] * current->corners[i][0] +
-                                 sides.y[side] * current->corners[i][1] + sides.offset[side];
-                cullet::clip(*current, heights, *out);
-                std::swap(current, out);
-            }
-        }
+            isOutside |= clip(m_sides[static_cast<std::size_t>(k)], current, out);
+        // At a sharp corner, little outside of both sides may be far from the corner.
+        if (isOutside)
+            clip(boxOfBase(), current, out);
         return *current;
     }
 
@@ -76,6 +60,49 @@ private:
         Components x, y, offset;
         Components tolerance;
     };
+
+    /// @param current [in, out] the polygon
+    /// @param out     [in, out] scratch memory
+    /// @return whether a side was left out beyond which the polygon extends
+    static bool clip(const Sides& sides, ContactPolygon*& current, ContactPolygon*& out)
+    {
+        Components lowest = {};
+        for (std::int32_t i = 0; i < current->count; ++i)
+        {
+            const Components& p = current->corners[static_cast<std::size_t>(i)];
+            const Components heights = sides.x * p[0] + sides.y * p[1] + sides.offset;
+            lowest = heights < lowest ? heights : lowest;
+        }
+        const Components allowed = lowest + sides.tolerance;
+        for (int side = 0; side < 4; ++side)
+        {
+            if (allowed[side] >= 0)
+                continue;
+            ContactPolygon::Heights heights;
+            for (std::size_t i = 0; i < static_cast<std::size_t>(current->count); ++i)
+                heights[i] = sides.x[side] * current->corners[i][0] + sides.y[side] * current->corners[i][1] +
+                             sides.offset[side];
+            cullet::clip(*current, heights, *out);
+            std::swap(current, out);
+        }
+        return quadBits<btScalar>((lowest < 0) & (allowed >= 0)) != 0;
+    }
+
+    /// The sides of a box along the tangents. Of the four directions, those that point away from a sharp corner are
+    /// within 45 degrees of its bisector, or two are on either side of it.
+    Sides boxOfBase() const
+    {
+        Components low = m_base.corners[0], high = low;
+        for (std::size_t i = 1; i < static_cast<std::size_t>(m_base.count); ++i)
+        {
+            const Components& corner = m_base.corners[i];
+            low = corner < low ? corner : low;
+            high = corner > high ? corner : high;
+        }
+        return {Components{1, -1, 0, 0}, Components{0, 0, 1, -1},
+                Components{-low[0], high[0], -low[1], high[1]},
+                Components{m_tolerance, m_tolerance, m_tolerance, m_tolerance}};
+    }
 
     /// @param corners five of them
     static void addSides(const Components* corners, btScalar orientation, btScalar tolerance, Sides& sides)
@@ -95,6 +122,8 @@ private:
         sides.offset = -(sides.x * x + sides.y * y);
     }
 
+    const ContactPolygon& m_base;
+    const btScalar m_tolerance;
     std::array<Sides, kMostCorners / 4> m_sides;
     std::int32_t m_count;
 };

@@ -3,6 +3,7 @@
 #include "cullet/demos/scenes/hulls/hull_points.h"
 #include "cullet/narrow/gjk/gjk.h"
 #include "cullet/tests/plugin/contact/patch_oracle.h"
+#include "cullet/tests/support/random.h"
 
 #include <gtest/gtest.h>
 
@@ -101,6 +102,35 @@ Matrix3d leaningEdge(int sides, double degrees)
 
 constexpr int kSides = 24;
 constexpr double kNarrow = 1.0 / 6.0, kLong = 5.0 / 3.0;
+
+/// A level wedge whose tip points along x, over a level blade.
+struct WedgeAndBlade
+{
+    explicit WedgeAndBlade(Random& random)
+    {
+        slope = double(random.logUniform(-14, 0));
+        width = double(random.logUniform(-16, -8));
+        middle = double(random.between(-0.4f, 0.4f));
+        turn = about(Vector3d::UnitY(), double(random.between(-4, 4)));
+    }
+
+    double end() const { return middle + 0.5; }
+
+    /// How far a point is from the wedge, seen from above.
+    double outside(const Vector3d& place) const
+    {
+        const Vector3d p = turn.transpose() * place;
+        const Vector3d along = Vector3d(-1, 0, slope).normalized(), toward(p.x(), 0, std::abs(p.z()));
+        if (toward.z() <= -slope * toward.x())
+            return 0;
+        return (toward - std::max(toward.dot(along), 0.0) * along).norm();
+    }
+
+    double slope;   ///< of the sides of the wedge
+    double width;   ///< half of the blade's
+    double middle;  ///< of the blade's length of 1; the tip is at 0
+    Matrix3d turn;
+};
 }  // namespace
 
 TEST(ContactPatchPoints, NumberFourOnFaceTwoOnEdgeAndOneOnCornerOfBox)
@@ -297,6 +327,42 @@ TEST(ContactPatchPoints, IncludeTheCornerByWhichTheirTriangleGrowsMost)
     }
     EXPECT_GT(besideFirst, 20);
     EXPECT_GT(besideSecond, 20);
+}
+
+TEST(ContactPatchPoints, LieOnFaceWithSharpCornerUpToTolerance)
+{
+    constexpr std::uint32_t kSeed = 7;
+    constexpr double kTolerance = 0.05 * kSame;
+    const Hull<btScalar> wedge =
+        hullOf<btScalar>({{0, 0, 0}, {-1, 0, 1}, {-1, 0, -1}, {0, 1, 0}, {-1, 1, 1}, {-1, 1, -1}});
+    const Hull<btScalar> blade = hullOf<btScalar>(boxPoints(0.5, 0.5, 1));
+    Random random(kSeed);
+    int left = 0, clipped = 0;
+    for (int i = 0; i < 2000; ++i)
+    {
+        const WedgeAndBlade pose(random);
+        const Matrix3d ofA = pose.turn * Vector3d(1, 1, pose.slope).asDiagonal();
+        const Matrix3d ofB = pose.turn * Vector3d(1, 1, pose.width).asDiagonal();
+        const Vector3d middle = pose.turn * Vector3d(pose.middle, -0.5 - kGap, 0);
+        const PosedShape a(wedge, ofA.cast<btScalar>(), PosedShape::Vector::Zero());
+        const PosedShape b(blade, ofB.cast<btScalar>(), middle.cast<btScalar>());
+        const Vector3d onB = pose.turn * Vector3d(pose.middle - 0.4, -kGap, 0);
+        const Touch touch = {Vector3d::UnitY(), kGap, onB, -1, -1};
+        const ContactPatch patch = makeContactPatch(a, b, touch, {kWithin, btScalar(kSame)});
+        ASSERT_GE(patch.count, 1) << "pose " << i << " of seed " << kSeed;
+        for (std::size_t k = 0; k < static_cast<std::size_t>(patch.count); ++k)
+        {
+            const Vector3d place = onB + toEigen(patch.points[k].fromTouch).cast<double>();
+            EXPECT_LE(pose.outside(place), std::sqrt(2.0) * kTolerance + 1e-6)
+                << "pose " << i << " of seed " << kSeed;
+        }
+        // The blade is nowhere outside of a side by more than the tolerance, and reaches far beyond the tip.
+        const bool isLeft = pose.slope * std::max(pose.end(), 0.0) + pose.width < kTolerance;
+        left += isLeft && pose.end() > 10 * kTolerance;
+        clipped += !isLeft;
+    }
+    EXPECT_GT(left, 200);
+    EXPECT_GT(clipped, 200);
 }
 
 TEST(ContactPatchPoints, LieAtCornersOfCongruentFacesDespiteSmallTurn)
