@@ -280,11 +280,12 @@ private:
     static Corners faceOf(const Side& side, const Ids& ids, const Vector& direction)
     {
         const Hull<S>& hull = side.hull();
-        // A hull without thickness may have two faces of the same corners.
+        // The two faces of a flat hull are one plane. Where a basis flattens the hull across it, rounding would choose.
+        const bool isPlane = hull.kind() == HullKind::Polygon;
         const auto isTowards = [&](std::int32_t face)
         {
             const Vector& normal = hull.faces()[static_cast<std::size_t>(face)].normal;
-            return (side.basis.transpose() * direction).dot(normal) >= 0.0;
+            return isPlane || (side.basis.transpose() * direction).dot(normal) >= 0.0;
         };
         for (const std::int32_t face : hull.facesOf(ids.id[0]))
         {

@@ -303,6 +303,61 @@ TYPED_TEST(FeaturePairTest, GivesTheSameBitsForAVertexOverADiagonal)
     }
 }
 
+/// From whichever side, and however exactly, the axis of a search comes.
+TYPED_TEST(FeaturePairTest, GivesTheSameBitsWhereAScaleOfZeroFlattensAFlatHull)
+{
+    using S = TypeParam;
+    std::mt19937 engine(16);
+    std::uniform_int_distribution<int> eighth(-8, 8);
+    std::uniform_real_distribution<double> noise(-1.0, 1.0);
+    int solved = 0, turned = 0;
+    for (int i = 0; i < 400; ++i)
+    {
+        // In one plane, exactly.
+        std::vector<Eigen::Vector3d> points = {{-1, -0.25, -1}, {1, 0.75, -1}, {0, -0.25, 1}};
+        for (int k = 0; k < 6; ++k)
+        {
+            const double x = eighth(engine) / 8.0, z = eighth(engine) / 8.0;
+            points.push_back({x, 0.5 * x - 0.25 * z, z});
+        }
+        const Hull<S> plane = hullOf<S>(points), tip = hullOf<S>({{0, 0, 0}});
+        ASSERT_EQ(plane.kind(), HullKind::Polygon);
+        const Eigen::Matrix3d turn = randomRotation(engine);
+        const Eigen::Matrix3d basis = turn * Eigen::Vector3d(30, 0, 1).asDiagonal();
+        const Eigen::Vector3d up = turn * Eigen::Vector3d(0, i % 2 == 0 ? 1 : -1, 0);
+        const Eigen::Matrix<S, 3, 1> over = (0.3 * up).template cast<S>();
+        const PosedHull<S> a(plane, basis.cast<S>(), Eigen::Matrix<S, 3, 1>::Zero());
+        const PosedHull<S> b(tip, Eigen::Matrix<S, 3, 3>::Identity(), over);
+        VertexPairs pairs;
+        pairs.count = 3;
+        pairs.a = {0, 1, 2};
+        pairs.b = {0, 0, 0};
+        FeaturePair<S> first(a, b);
+        if (!first.solve(pairs, -up, false))
+            continue;
+        ++solved;
+        EXPECT_NEAR(first.distance(), 0.3, 1e-5);
+        for (int k = 0; k < 8; ++k)
+        {
+            Eigen::Vector3d about = -0.7 * up;
+            for (int axis = 0; axis < 3; ++axis)
+                about[axis] += 1e-7 * noise(engine);
+            const Eigen::Vector3d normal = plane.faces()[0].normal;
+            turned += (basis.transpose() * about).dot(normal) < 0.0;
+            FeaturePair<S> again(a, b);
+            ASSERT_TRUE(again.solve(pairs, about, false)) << i;
+            EXPECT_EQ(again.distance(), first.distance()) << i;
+            EXPECT_EQ(again.normal(), first.normal()) << i;
+            EXPECT_EQ(again.pointOfB(), first.pointOfB()) << i;
+            EXPECT_EQ(again.vertexA(), first.vertexA()) << i;
+        }
+    }
+    EXPECT_GT(solved, 200);
+    // Rounding alone decides to which of both faces a direction points.
+    EXPECT_GT(turned, solved);
+    EXPECT_LT(turned, 7 * solved);
+}
+
 TYPED_TEST(FeaturePairTest, SolvesMostDepthsExactly)
 {
     using S = TypeParam;
