@@ -41,6 +41,10 @@ struct ConvexSide
     }
 
     bool isRound() const { return kind == ConvexKind::Sphere || kind == ConvexKind::Capsule; }
+    bool isThinBox() const
+    {
+        return kind == ConvexKind::Box && isThinnerThanMargin(static_cast<const btBoxShape&>(shape));
+    }
 
     /// Bullet's faces, if the application had them computed; else null.
     const btConvexPolyhedron* features() const
@@ -107,11 +111,14 @@ struct ConvexPair
     bool sharesHullShape() const { return &a.shape == &b.shape && a.kind == ConvexKind::Hull; }
     /// A body may have got any other shape since its pairs were created.
     bool isConvex() const { return a.shape.isConvex() && b.shape.isConvex(); }
-    /// Pairs for Bullet's algorithm: unsupported shapes, and two round ones, for which Bullet has a closed form.
+    /// Pairs for Bullet's algorithm: unsupported shapes, and two round ones, for which Bullet has a closed form. Beside a
+    /// shape whose contacts are Bullet's, a thin box is what Bullet takes it for: with the core of cullet, a pair would be
+    /// apart or touch depending on which of the two was asked.
     bool isLeftToBullet() const
     {
         return a.kind == ConvexKind::Unsupported || b.kind == ConvexKind::Unsupported ||
-               (a.isRound() && b.isRound());
+               (a.isRound() && b.isRound()) || (a.kind == ConvexKind::Support && b.isThinBox()) ||
+               (b.kind == ConvexKind::Support && a.isThinBox());
     }
 
     ConvexSide a, b;

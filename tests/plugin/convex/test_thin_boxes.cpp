@@ -199,6 +199,51 @@ TEST(ThinBoxes, RestOnAHullAndSleep)
     }
 }
 
+TEST(ThinBoxes, MatchBulletBesideShapesOfItsContactsWhateverTouchedBefore)
+{
+    btCylinderShape cylinder(vec(0.9, 1.9, 0.16));
+    btConeShape cone(btScalar(0.5), 1);
+    std::mt19937 engine(9);
+    std::uniform_real_distribution<double> shift(-2.5, 2.5);
+    int apart = 0, reported = 0;
+    for (const auto& box : thinBoxes())
+    {
+        for (btConvexShape* other :
+             {static_cast<btConvexShape*>(&cylinder), static_cast<btConvexShape*>(&cone)})
+        {
+            ConvexBench bench(false, kBoxesToo), stock(true);
+            ConvexPairProbe used(bench.dispatcher, *box, *other);
+            for (int i = 0; i < 200; ++i)
+            {
+                const btMatrix3x3 turn(randomRotation(engine));
+                const btTransform at(turn, drawVec(shift, engine));
+                used.place(btTransform::getIdentity(), btTransform::getIdentity());
+                ASSERT_GT(used.step()->getNumContacts(), 0);
+                ConvexPairProbe fresh(bench.dispatcher, *box, *other), bullet(stock.dispatcher, *box, *other);
+                std::vector<Reported> points[3];
+                ConvexPairProbe* probes[] = {&used, &fresh, &bullet};
+                for (std::size_t k = 0; k < 3; ++k)
+                {
+                    probes[k]->place(at, btTransform::getIdentity());
+                    points[k] = probes[k]->query(0.25);
+                }
+                for (std::size_t k = 1; k < 3; ++k)
+                {
+                    ASSERT_EQ(points[k].size(), points[0].size()) << i;
+                    for (std::size_t p = 0; p < points[0].size(); ++p)
+                    {
+                        EXPECT_EQ(points[k][p].distance, points[0][p].distance) << i;
+                        EXPECT_EQ(points[k][p].onB, points[0][p].onB) << i;
+                    }
+                }
+                (points[0].empty() ? apart : reported)++;
+            }
+        }
+    }
+    EXPECT_GT(apart, 300);
+    EXPECT_GT(reported, 300);
+}
+
 TEST(InvertedShapes, MatchBulletForThinCylindersAndMirroredCapsules)
 {
     Ground ground;
