@@ -491,7 +491,92 @@ bool isSteepCorner(const PosedShape& shape, std::int32_t vertex, const Vector3d&
     return isSteep(shape.point((vertex + 1) % 3) - corner, outward) &&
            isSteep(shape.point((vertex + 2) % 3) - corner, outward);
 }
+/// Whether points of a hull rise from one of its vertices by a slope above kRise: those that rise no more than kRise merge
+/// distances are then as close as points that the manifold merges.
+class SteepRise
+{
+public:
+    using Vector = Eigen::Matrix<btScalar, 3, 1>;
+
+    /// @param up unit, into the hull
+    SteepRise(const PosedShape& shape, std::int32_t vertex, const Vector3d& up)
+        : m_shape(shape), m_vertex(vertex)
+    {
+        const Components local =
+            shape.row(0) * btScalar(up[0]) + shape.row(1) * btScalar(up[1]) + shape.row(2) * btScalar(up[2]);
+        m_up = {local[0], local[1], local[2]};
+    }
+
+    bool ofAllPoints() const
+    {
+        const Hull<btScalar>& hull = m_shape.hull();
+        const auto isSteep = [this](std::int32_t other) { return this->isSteep(other); };
+        if (hull.kind() == HullKind::Solid)
+        {
+            // By convexity, all others rise as steeply.
+            const auto neighbours = hull.naturalNeighbours(m_vertex);
+            return std::all_of(neighbours.begin(), neighbours.end(), isSteep);
+        }
+        // No two points are farther apart than twice the size, so those that are higher are steep.
+        const btScalar high = btScalar(2.02) * kRise * m_shape.size();
+        return isTrueNear<btScalar>(hull, -m_up, m_vertex, high, {m_vertex, -1, -1}, isSteep);
+    }
+
+private:
+    /// Or equal to the vertex. Computes the same for a point of a hull with a graph and without.
+    bool isSteep(std::int32_t other) const
+    {
+        // The square of the sine of the slope.
+        constexpr btScalar kSine2 = kRise * kRise / (1 + kRise * kRise);
+        const Hull<btScalar>& hull = m_shape.hull();
+        const Vector way = hull.vertex(other) - hull.vertex(m_vertex);
+        const btScalar rise = m_up.dot(way);
+        btScalar length2 = 0;
+        for (int i = 0; i < 3; ++i)
+        {
+            const Components& row = m_shape.row(i);
+            const btScalar along = row[0] * way[0] + row[1] * way[1] + row[2] * way[2];
+            length2 += along * along;
+        }
+        return length2 == 0 || (rise > 0 && rise * rise > kSine2 * length2);
+    }
+
+    const PosedShape& m_shape;
+    const std::int32_t m_vertex;
+    Vector m_up;  ///< in the axes of the hull
+};
+
+/// isLoneCorner() for one of both shapes.
+///
+/// @param place  of the touch, relative to the shape's origin
+/// @param up     unit, into the shape
+/// @param within how far the place is from the corner at most
+bool isLoneCorner(const PosedShape& shape, std::int32_t vertex, const Vector3d& place, const Vector3d& up,
+                  double within)
+{
+    const HullKind kind = shape.hull().kind();
+    const bool hasPoints = kind == HullKind::Cloud && shape.hull().pointBlocks().isEmpty();
+    if ((!hasPoints && kind != HullKind::Solid) || vertex < 0)
+        return false;
+    return (shape.point(vertex) - place).squaredNorm() <= within * within &&
+           SteepRise(shape, vertex, up).ofAllPoints();
+}
+
+/// Edges that rise by kRise or more bound faces whose cosine with the normal is less. Most faces that carry have more.
+constexpr double kLoneAlignment = 1.0 - 0.4 * 0.1 * 0.1;
+
+ContactPatch onlyTouch(const Touch& touch)
+{
+    return {{{{btVector3(0, 0, 0), static_cast<btScalar>(touch.distance)}}}, 1};
+}
 }  // namespace
+
+bool isLoneCorner(const PosedShape& a, const PosedShape& b, const Touch& touch)
+{
+    const double within = 1e-6 * (double(a.size()) + double(b.size()));
+    return isLoneCorner(a, touch.vertexA, touch.onB + touch.distance * touch.normal, touch.normal, within) ||
+           isLoneCorner(b, touch.vertexB, touch.onB + a.origin() - b.origin(), -touch.normal, within);
+}
 
 bool isTouchAlone(const PosedShape& a, const PosedShape& b, const Touch& touch, double limit)
 {
@@ -503,7 +588,7 @@ ContactPatch makeContactPatch(const PosedShape& a, const PosedShape& b, const To
                               const PatchLimits& limits, const PatchFans& fans)
 {
     if (limits.most == 1 || isTouchAlone(a, b, touch, limits.distance))
-        return {{{{btVector3(0, 0, 0), static_cast<btScalar>(touch.distance)}}}, 1};
+        return onlyTouch(touch);
     return makeWidePatch(a, b, touch, limits, fans);
 }
 
@@ -515,6 +600,9 @@ ContactPatch makeWidePatch(const PosedShape& a, const PosedShape& b, const Touch
     const PatchSide sideA = {a, ContactFace(a, -touch.normal, touch.vertexA, fans.a), -touch.onB};
     const PatchSide sideB = {b, ContactFace(b, touch.normal, touch.vertexB, fans.b),
                              b.origin() - a.origin() - touch.onB};
+    if (std::min(sideA.face.alignment(), sideB.face.alignment()) < kLoneAlignment &&
+        isLoneCorner(a, b, touch))
+        return onlyTouch(touch);
     const bool isAReference = sideA.face.alignment() + kAligned >= sideB.face.alignment();
     const PatchSide& reference = isAReference ? sideA : sideB;
     const PatchSide& other = isAReference ? sideB : sideA;

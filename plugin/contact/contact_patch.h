@@ -62,6 +62,10 @@ struct PatchFans
     const VertexFan<btScalar>* b = nullptr;
 };
 
+/// Whether a hull touches at a corner from which all of it leads away so steeply that no other point carries the contact:
+/// those that rise little enough are as close as points that the manifold merges. Needs no faces.
+bool isLoneCorner(const PosedShape& a, const PosedShape& b, const Touch& touch);
+
 /// Whether a patch would have no other point than the touch: a triangle touches at a corner from which both of its edges
 /// are steep, or two vertices touch and the distance grows beyond a limit along every edge.
 bool isTouchAlone(const PosedShape& a, const PosedShape& b, const Touch& touch, double limit);

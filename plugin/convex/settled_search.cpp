@@ -3,6 +3,7 @@
 #include "cullet/plugin/convex/settled_search.h"
 
 #include "cullet/narrow/gjk/isa_gjk.h"
+#include "cullet/plugin/contact/contact_patch.h"
 
 namespace cullet
 {
@@ -64,10 +65,11 @@ private:
     }
 
     /// Whether a patch can be made from the faces around the support vertices of hulls without graphs. If not, the faces
-    /// that were found are forgotten.
+    /// that were found are forgotten. A lone corner needs none.
     bool findsFaces()
     {
-        if (!m_setup.makesPatch || m_cores.findFans(m_touch.normal, m_touch.vertexA, m_touch.vertexB))
+        if (!m_setup.makesPatch || isLoneCorner(*m_cores.a, *m_cores.b, m_touch) ||
+            m_cores.findFans(m_touch.normal, m_touch.vertexA, m_touch.vertexB))
             return true;
         m_cores.forgetFans();
         return false;

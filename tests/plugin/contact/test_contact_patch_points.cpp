@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <random>
 
@@ -50,6 +51,25 @@ public:
         m_touch = {near.axis.cast<double>().normalized(), double(near.distance), near.pointB.cast<double>(),
                    cache.startA, cache.startB};
         return makeContactPatch(*m_a, *m_b, m_touch, {kWithin, btScalar(kSame), most});
+    }
+
+    bool isLone() const { return isLoneCorner(*m_a, *m_b, m_touch); }
+    const Touch& touch() const { return m_touch; }
+
+    /// The least slope with which points of the body rise from its lowest one.
+    double leastSlope() const
+    {
+        Vector3d lowest = m_a->point(0);
+        for (std::int32_t v = 1; v < m_a->vertexCount(); ++v)
+            lowest = m_a->point(v).y() < lowest.y() ? m_a->point(v) : lowest;
+        double least = std::numeric_limits<double>::infinity();
+        for (std::int32_t v = 0; v < m_a->vertexCount(); ++v)
+        {
+            const Vector3d way = m_a->point(v) - lowest;
+            if (way.squaredNorm() > 0.0)
+                least = std::min(least, way.y() / std::hypot(way.x(), way.z()));
+        }
+        return least;
     }
 
     /// The points of a patch on the floor.
@@ -229,6 +249,44 @@ TEST(ContactPatchPoints, NumberOneOnCornerAndThreeOnFaceOfBall)
     const Matrix3d face =
         Eigen::Quaterniond::FromTwoVectors(hull.faces()[0].normal, Vector3d(0, -1, 0)).toRotationMatrix();
     EXPECT_EQ(ball.patch(face).count, 3);
+}
+
+TEST(ContactPatchPoints, NumberOneOnCornerFromWhichAllOfAHullLeadsAwaySteeply)
+{
+    constexpr std::uint32_t kSeed = 11;
+    Random random(kSeed);
+    int lone = 0, others = 0, wide = 0;
+    for (int hull = 0; hull < 60; ++hull)
+    {
+        Points points;
+        for (int i = 0; i < 8 + hull; ++i)
+        {
+            const auto [x, y, z] = random.point(-1, 1);
+            points.push_back(0.5 * Vector3d(x, y, z).normalized());
+        }
+        OverFloor ball(points);
+        for (int i = 0; i < 20; ++i)
+        {
+            const auto [x, y, z] = random.point(-1, 1);
+            const Matrix3d turn = about({x, y, z}, double(random.between(-3, 3)));
+            const Vector3d scale(1, double(random.logUniform(-2, 1)), 1);
+            const ContactPatch patch = ball.patch(turn * scale.asDiagonal());
+            const double slope = ball.leastSlope();
+            SCOPED_TRACE(testing::Message() << "hull " << hull << ", pose " << i << ", seed " << kSeed);
+            EXPECT_FALSE(ball.isLone() && slope < 0.0999) << slope;
+            EXPECT_FALSE(!ball.isLone() && slope > 0.1001) << slope;
+            wide += patch.count > 1;
+            (ball.isLone() ? lone : others)++;
+            if (!ball.isLone())
+                continue;
+            ASSERT_EQ(patch.count, 1);
+            EXPECT_EQ(patch.points[0].fromTouch, btVector3(0, 0, 0));
+            EXPECT_EQ(patch.points[0].distance, btScalar(ball.touch().distance));
+        }
+    }
+    EXPECT_GT(lone, 200);
+    EXPECT_GT(others, 200);
+    EXPECT_GT(wide, 20);
 }
 
 TEST(ContactPatchPoints, StayWithinLimitAndIncludeDeepestPoint)

@@ -521,7 +521,7 @@ TEST(IsaGjkGraphs, ChangeNoBitOfContacts)
     btBoxShape floor(vec(20, 0.5, 20));
     btTriangleShape triangle(vec(-1, 0, -1), vec(1, 0, -1), vec(0, 0, 1));
     int withoutGraph = 0, withGraph = 0, several = 0;
-    for (int i = 0; i < 35 * 150; ++i)
+    for (int i = 0; i < 35 * 180; ++i)
     {
         const std::vector<btVector3> points = anyPoints(random, i % 35);
         const auto partner = makeHullShape(ballPoints(24, 0.5, random()));
