@@ -89,7 +89,9 @@ private:
     /// Thresholds for strictly inside, as a part of an edge or of the size, and for strictly behind, as a slope; far
     /// more than rounding. Expansions end before they tell apart normals that differ by less than the one for depths.
     static constexpr double kInside = 1e-9, kBentInside = 1e-5, kSlope = 1e-9, kDeepSlope = 1e-5;
-    /// The same for a face and its neighbours; the squares of lengths hide smaller slopes from a search.
+    /// Far more than the rounding of a cached axis, which is a float.
+    static constexpr double kRoundedSlope = 1e-6;
+    /// kSlope for a face and its neighbours; the squares of lengths hide smaller slopes from a search.
     static constexpr double kFaceSlope = 1e-7;
     /// Tolerance of coplanar points, times the size; some hundred roundings.
     static constexpr double kPlane = 1e-13;
@@ -280,13 +282,11 @@ private:
     static Corners faceOf(const Side& side, const Ids& ids, const Vector& direction)
     {
         const Hull<S>& hull = side.hull();
-        // The two faces of a flat hull are one plane. Where a basis flattens the hull across it, rounding would choose.
-        const bool isPlane = hull.kind() == HullKind::Polygon;
+        const Vector local = side.basis.transpose() * direction;
+        // A hull without thickness may have two faces of the same corners.
+        const bool isPlane = hull.kind() == HullKind::Polygon && isFlattened(side, local, direction);
         const auto isTowards = [&](std::int32_t face)
-        {
-            const Vector& normal = hull.faces()[static_cast<std::size_t>(face)].normal;
-            return isPlane || (side.basis.transpose() * direction).dot(normal) >= 0.0;
-        };
+        { return isPlane || local.dot(hull.faces()[static_cast<std::size_t>(face)].normal) >= 0.0; };
         for (const std::int32_t face : hull.facesOf(ids.id[0]))
         {
             const Corners corners = hull.faceVertices(face);
@@ -297,6 +297,17 @@ private:
                 return corners;
         }
         return {nullptr, nullptr};
+    }
+
+    /// Whether a basis flattens a hull across a direction, of which only rounding is left in the axes of the hull: as much
+    /// as a float has, for a flat hull, whose two faces rounding would choose from.
+    ///
+    /// @param local the direction in the axes of the hull
+    static bool isFlattened(const Side& side, const Vector& local, const Vector& direction)
+    {
+        const double least = side.hull().kind() == HullKind::Polygon ? kRoundedSlope : kSlope;
+        const double norm = least * double(side.shape.norm());
+        return !(local.squaredNorm() > norm * norm * direction.squaredNorm());
     }
 
     /// @return false if the corners are not in one plane
@@ -388,11 +399,9 @@ private:
         // If the direction is parallel to the face's normal in the world, this is so in the hull's frame, however the
         // basis scales.
         const Vector local = side.basis.transpose() * direction;
-        const double length2 = local.squaredNorm(), norm = kSlope * double(side.shape.norm());
-        // Of a direction across which the basis has flattened the hull, only rounding is left.
-        if (isCloud(side) || !(length2 > norm * norm * direction.squaredNorm()))
+        if (isCloud(side) || isFlattened(side, local, direction))
             return {nullptr, nullptr};
-        double best = 0.999 * std::sqrt(length2);
+        double best = 0.999 * std::sqrt(local.squaredNorm());
         std::int32_t found = -1;
         for (const std::int32_t face : side.hull().facesOf(vertex))
         {
