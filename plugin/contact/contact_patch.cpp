@@ -554,9 +554,8 @@ private:
 bool isLoneCorner(const PosedShape& shape, std::int32_t vertex, const Vector3d& place, const Vector3d& up,
                   double within)
 {
-    const HullKind kind = shape.hull().kind();
-    const bool hasPoints = kind == HullKind::Cloud && shape.hull().pointBlocks().isEmpty();
-    if ((!hasPoints && kind != HullKind::Solid) || vertex < 0)
+    // Without a graph, a hull of one or two points is of another kind than with one.
+    if (vertex < 0 || !shape.hull().pointBlocks().isEmpty())
         return false;
     return (shape.point(vertex) - place).squaredNorm() <= within * within &&
            SteepRise(shape, vertex, up).ofAllPoints();
