@@ -2,12 +2,14 @@
 // SPDX-License-Identifier: Zlib
 #include "cullet/plugin/convex/isa_gjk_algorithm.h"
 
+#include "cullet/narrow/gjk/gjk_search.h"
 #include "cullet/plugin/contact/contact_patch.h"
 #include "cullet/plugin/contact/manifold_renewal.h"
 #include "cullet/plugin/convex/contact_search.h"
 #include "cullet/plugin/convex/convex_pair.h"
 #include "cullet/plugin/convex/manifold_record.h"
 #include "cullet/plugin/convex/settled_search.h"
+#include "cullet/plugin/convex/triangle_touch.h"
 #include "cullet/plugin/core/dynamic_type.h"
 
 #include <BulletCollision/NarrowPhaseCollision/btPersistentManifold.h>
@@ -305,6 +307,25 @@ bool IsaGjkAlgorithm::findsSeparatingAxis(const btCollisionObject& a, const btCo
     }
 }
 
+/// Reports the touch of two triangles, if they are near.
+void IsaGjkAlgorithm::reportTriangles(const ConvexPair& pair, const TriangleTouch& triangles,
+                                      btScalar extraDistance, btManifoldResult& result)
+{
+    IsaGjkRegistration::Counters& counters = m_isaGjk.counters();
+    m_cache = {};
+    m_isSettled = true;
+    GjkSearch<PosedShape, PosedShape>::rememberAxis(triangles.normal(), -1, -1, m_cache);
+    if (triangles.state() == TrianglePairState::Apart)
+    {
+        m_cache.state = GjkState::Separated;
+        return count(counters.separated);
+    }
+    m_cache.state = GjkState::Near;
+    count(counters.touching);
+    const ConvexCores cores(pair, {}, m_hulls, m_isaGjk.queryPass());
+    report(pair, cores, triangles.touchOf(cores), extraDistance, result);
+}
+
 /// @return false if Bullet's own algorithm must answer
 bool IsaGjkAlgorithm::collide(const ConvexPair& pair, const btDispatcherInfo& info, FailedProof& failed,
                               btManifoldResult& result)
@@ -340,6 +361,17 @@ bool IsaGjkAlgorithm::collide(const ConvexPair& pair, const btDispatcherInfo& in
     {
         count(counters.delegated);
         return false;
+    }
+    if (areFiniteTriangles(pair) && !usesSeparatingAxisTest(pair, info))
+    {
+        const TriangleTouch triangles(pair, limit);
+        if (triangles.state() != TrianglePairState::Unknown)
+        {
+            isReporting = true;
+            reportTriangles(pair, triangles, isStep ? btScalar(0) : result.m_closestPointDistanceThreshold,
+                            result);
+            return true;
+        }
     }
     ConvexCores cores(pair, failed.hulls, m_hulls, passOf(isStep));
     if (!cores.haveCores(pair))

@@ -17,6 +17,7 @@ namespace cullet
 inline namespace CULLET_PRECISION
 {
 struct Touch;
+class TriangleTouch;
 
 /// The contacts of one pair of convex shapes; replaces btConvexConvexAlgorithm. See registerIsaGjk().
 ///
@@ -113,6 +114,8 @@ private:
     void refresh(btManifoldResult& result);
     void report(const ConvexPair& pair, const ConvexCores& cores, const Touch& touch, btScalar extraDistance,
                 btManifoldResult& result);
+    void reportTriangles(const ConvexPair& pair, const TriangleTouch& triangles, btScalar extraDistance,
+                         btManifoldResult& result);
     void runBulletAlgorithm(const ConvexPair& pair, const btDispatcherInfo& info, btManifoldResult& result);
 
     // The members that staysIdle() reads are first.

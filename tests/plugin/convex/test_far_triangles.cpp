@@ -125,6 +125,17 @@ TEST(FarTriangles, HaveExactDistancesFromHullsAndBoxesFarFromOrigin)
     }
 }
 
+TEST(FarTriangles, HaveExactDistancesFromTriangles)
+{
+    btTriangleShape other(vec(-0.5, 0.25, -0.25), vec(0.75, -0.125, -0.5), vec(0.125, 0.25, 0.875));
+    other.setMargin(0);
+    for (const double away : {0.0, 100.0, 1e4, 1e6})
+    {
+        expectExact(other, away, 0.0);
+        expectExact(other, away, 8.0);
+    }
+}
+
 TEST(FarTriangles, HaveExactDistancesWhenTheyAreLarge)
 {
     // Not rotated, so that no corner is rounded.
