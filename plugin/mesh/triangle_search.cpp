@@ -15,16 +15,11 @@ namespace
 /// Times the limit of a sphere's contacts: closer to its centre, a point of a triangle gives no direction.
 constexpr double kOnTriangle = 1e-6;
 
-/// Whether a point in the plane of a triangle is in it.
-bool isOver(const Eigen::Vector3d (&corners)[3], const Eigen::Vector3d& point)
+/// Decided by the points of a hull, whether it has a graph or not.
+bool hasFewPoints(const ConvexSide& side)
 {
-    const Eigen::Vector3d normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
-    for (int i = 0; i < 3; ++i)
-    {
-        if (normal.dot((corners[(i + 1) % 3] - corners[i]).cross(point - corners[i])) < 0.0)
-            return false;
-    }
-    return true;
+    return side.kind != ConvexKind::Hull ||
+           static_cast<const btConvexHullShape&>(side.shape).getNumPoints() <= FaceTouch::kMostVertices;
 }
 }  // namespace
 
@@ -65,6 +60,13 @@ CoreBounds TriangleSearch::bounds() const
         return {-half, half};
     }
     CoreBounds bounds;
+    if (m_pair.a.kind == ConvexKind::Support)
+    {
+        // Larger by the margin, and without six calls.
+        btVector3 low, high;
+        m_pair.a.shape.getAabb(m_coreAt, low, high);
+        return {toEigen(low).cast<double>(), toEigen(high).cast<double>()};
+    }
     for (int i = 0; i < 3; ++i)
     {
         bounds.high[i] = heightAlong(Eigen::Vector3d::Unit(i));
@@ -127,6 +129,17 @@ ContactSearchResult TriangleSearch::searchFromSupport(const Corners& corners, Gj
 ContactSearchResult TriangleSearch::searchFromCore(const Corners& corners, GjkCache<btScalar>& cache)
 {
     place(corners);
+    const FaceTouch face = touchFace(corners);
+    if (face.state() == FaceTouch::State::Separated)
+    {
+        rememberAxis(face.normal(), cache);
+        return {GjkState::Separated, false};
+    }
+    if (face.state() == FaceTouch::State::Near)
+    {
+        m_touch = face.touch();
+        return {m_touch.distance <= double(m_limit) ? GjkState::Near : GjkState::Separated, true};
+    }
     const SearchSetup setup = {m_pair,
                                m_hulls,
                                m_isaGjk.pass(),
@@ -134,6 +147,21 @@ ContactSearchResult TriangleSearch::searchFromCore(const Corners& corners, GjkCa
                                m_isaGjk.options().patchPoints > 1,
                                m_isaGjk.counters().exact};
     return searchSettled(setup, m_cores, m_limit, {}, true, cache, m_touch);
+}
+
+/// The points at the triangle's face. A hull of few points gets its graph for that: whether it had one already must not
+/// make a difference.
+FaceTouch TriangleSearch::touchFace(const Corners& corners)
+{
+    if (!hasFewPoints(m_pair.a))
+        return {};
+    const double limit = double(padLimit(m_pair, m_cores, m_limit));
+    const FaceTouch face(*m_cores.a, corners, limit);
+    const bool needsGraph = face.state() == FaceTouch::State::Unknown && m_cores.hasCloud() &&
+                            m_cores.mayBuildGraphs(m_pair, m_hulls);
+    return needsGraph && m_cores.buildGraphs(m_pair, m_hulls, m_isaGjk.pass())
+               ? FaceTouch(*m_cores.a, corners, limit)
+               : face;
 }
 
 /// The core of a sphere is the origin of the frame. Nothing is worth remembering.

@@ -4,6 +4,7 @@
 
 #include "cullet/plugin/convex/settled_search.h"
 #include "cullet/plugin/isa_gjk.h"
+#include "cullet/plugin/mesh/face_touch.h"
 #include "cullet/plugin/mesh/mesh_points.h"
 #include "cullet/plugin/mesh/triangle_batch.h"
 
@@ -88,6 +89,7 @@ private:
     ContactSearchResult searchFromPoint(const Corners& corners);
     ContactSearchResult searchFromSupport(const Corners& corners, GjkCache<btScalar>& cache);
     ContactSearchResult searchFromCore(const Corners& corners, GjkCache<btScalar>& cache);
+    FaceTouch touchFace(const Corners& corners);
     void count(GjkState state);
     double gapAt(double distance) const;
 
