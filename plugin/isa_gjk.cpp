@@ -74,9 +74,10 @@ void giveBack(int typeA, int typeB, btCollisionDispatcher& dispatcher,
 }
 
 /// The convex types whose loop over triangles MeshAlgorithm takes over, and the concave types whose triangles it reads.
-constexpr int kMeshConvexTypes[] = {
-    CONVEX_HULL_SHAPE_PROXYTYPE, BOX_SHAPE_PROXYTYPE,  CAPSULE_SHAPE_PROXYTYPE,     SPHERE_SHAPE_PROXYTYPE,
-    CYLINDER_SHAPE_PROXYTYPE,    CONE_SHAPE_PROXYTYPE, MULTI_SPHERE_SHAPE_PROXYTYPE};
+constexpr int kMeshConvexTypes[] = {CONVEX_HULL_SHAPE_PROXYTYPE,  BOX_SHAPE_PROXYTYPE,
+                                    CAPSULE_SHAPE_PROXYTYPE,      SPHERE_SHAPE_PROXYTYPE,
+                                    CYLINDER_SHAPE_PROXYTYPE,     CONE_SHAPE_PROXYTYPE,
+                                    MULTI_SPHERE_SHAPE_PROXYTYPE, CONVEX_TRIANGLEMESH_SHAPE_PROXYTYPE};
 constexpr int kMeshConcaveTypes[] = {TRIANGLE_MESH_SHAPE_PROXYTYPE, SCALED_TRIANGLE_MESH_SHAPE_PROXYTYPE,
                                      TERRAIN_SHAPE_PROXYTYPE, MULTIMATERIAL_TRIANGLE_MESH_PROXYTYPE,
                                      FAST_CONCAVE_MESH_PROXYTYPE};

@@ -9,6 +9,7 @@
 
 #include <BulletCollision/CollisionDispatch/btManifoldResult.h>
 #include <BulletCollision/CollisionShapes/btConcaveShape.h>
+#include <BulletCollision/CollisionShapes/btConvexTriangleMeshShape.h>
 #include <LinearMath/btQuickprof.h>
 
 #include <new>
@@ -23,7 +24,16 @@ bool hasKnownCore(const btConvexShape& shape)
 {
     const ConvexKind kind = convexKindOf(shape);
     return kind != ConvexKind::Unsupported && kind != ConvexKind::Triangle &&
-           (kind != ConvexKind::Support || canRunConcurrently(shape.getShapeType()));
+           (kind != ConvexKind::Support || canRunConcurrently(shape.getShapeType()) ||
+            ConvexMeshHull::isPossible(shape));
+}
+
+/// The shape whose contacts are searched; null if out of memory.
+const btCollisionShape* coreOf(const btCollisionShape& convex, MeshQuery& query)
+{
+    return ConvexMeshHull::isPossible(convex)
+               ? query.convexMesh.hullOf(static_cast<const btConvexTriangleMeshShape&>(convex))
+               : &convex;
 }
 
 /// Whether Bullet tests a convex shape and a triangle by separating axes.
@@ -86,7 +96,10 @@ void MeshAlgorithm::processCollision(const btCollisionObjectWrapper* a, const bt
         canAsk(*convex.getCollisionShape(), *mesh.getCollisionShape(), info, *result) ? query() : nullptr;
     if (asked == nullptr)
         return btConvexConcaveCollisionAlgorithm::processCollision(a, b, info, result);
-    TrianglePass pass(m_isaGjk, *asked, convex, mesh, *m_dispatcher, info, *result);
+    const btCollisionShape* const core = coreOf(*convex.getCollisionShape(), *asked);
+    if (core == nullptr)
+        return btConvexConcaveCollisionAlgorithm::processCollision(a, b, info, result);
+    TrianglePass pass(m_isaGjk, *asked, *core, convex, mesh, *m_dispatcher, info, *result);
     if (!pass.isPossible())
         return btConvexConcaveCollisionAlgorithm::processCollision(a, b, info, result);
 

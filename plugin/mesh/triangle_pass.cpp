@@ -135,14 +135,14 @@ void rememberDirection(const Eigen::Vector3d& direction, GjkCache<btScalar>& cac
 }
 }  // namespace
 
-TrianglePass::TrianglePass(IsaGjkRegistration& isaGjk, MeshQuery& query,
+TrianglePass::TrianglePass(IsaGjkRegistration& isaGjk, MeshQuery& query, const btCollisionShape& core,
                            const btCollisionObjectWrapper& convex, const btCollisionObjectWrapper& mesh,
                            btDispatcher& dispatcher, const btDispatcherInfo& info, btManifoldResult& result)
     : m_isaGjk(isaGjk),
       m_query(query),
       m_convex(convex),
       m_mesh(mesh),
-      m_side(*convex.getCollisionShape(), convex.getWorldTransform()),
+      m_side(core, convex.getWorldTransform()),
       m_dispatcher(dispatcher),
       m_info(info),
       m_result(result),
@@ -175,7 +175,7 @@ void TrianglePass::run()
 {
     // The box that Bullet asks for.
     const btTransform inMesh = m_mesh.getWorldTransform().inverse() * m_convex.getWorldTransform();
-    m_side.shape.getAabb(inMesh, m_boxMin, m_boxMax);
+    m_convex.getCollisionShape()->getAabb(inMesh, m_boxMin, m_boxMax);
     const btScalar meshMargin = m_mesh.getCollisionShape()->getMargin();
     const btVector3 margin(meshMargin, meshMargin, meshMargin);
     m_boxMin -= margin;

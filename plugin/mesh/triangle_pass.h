@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include "cullet/plugin/mesh/convex_mesh_hull.h"
 #include "cullet/plugin/mesh/mesh_points.h"
 #include "cullet/plugin/mesh/triangle_batch.h"
 #include "cullet/plugin/mesh/triangle_search.h"
@@ -41,6 +42,7 @@ struct MeshQuery
     std::vector<TriangleMemory> known;                ///< of the last step, in its order
     std::vector<TriangleMemory> next;                 ///< of this step
     std::vector<TriangleBatch::Triangle> candidates;  ///< of this step, for IsaGjkOptions::activeEdges
+    ConvexMeshHull convexMesh;                        ///< of the convex body, if it is a mesh
 };
 
 /// One call of a MeshAlgorithm: reads the triangles in the convex body's box, drops those that cannot touch, finds where
@@ -54,9 +56,10 @@ struct MeshQuery
 class TrianglePass final : public btTriangleCallback
 {
 public:
-    TrianglePass(IsaGjkRegistration& isaGjk, MeshQuery& query, const btCollisionObjectWrapper& convex,
-                 const btCollisionObjectWrapper& mesh, btDispatcher& dispatcher, const btDispatcherInfo& info,
-                 btManifoldResult& result);
+    /// @param core the shape of the convex body, or a hull in place of it
+    TrianglePass(IsaGjkRegistration& isaGjk, MeshQuery& query, const btCollisionShape& core,
+                 const btCollisionObjectWrapper& convex, const btCollisionObjectWrapper& mesh,
+                 btDispatcher& dispatcher, const btDispatcherInfo& info, btManifoldResult& result);
 
     /// False for a pose that is no rotation or not finite.
     bool isPossible() const { return m_frame.isUsable(); }
