@@ -178,43 +178,50 @@ TEST(TrianglePair, HasClosestPointsThatNoCornerIsAheadOf)
     EXPECT_GT(corners, 2000);
 }
 
-TEST(TrianglePair, IsApartOnlyWhenPlaneProvesIt)
+/// Calls use(pair, touch, limit, index) for those of `count` pairs that have a state.
+///
+/// @param most times the size: the largest limit
+template <class Use>
+int forEachPairOf(TrianglePairState state, std::uint32_t seed, int count, double most, const Use& use)
 {
-    RandomPairs pairs(kSeed + 1);
-    int apart = 0;
-    for (int i = 0; i < 100000; ++i)
+    RandomPairs pairs(seed);
+    int found = 0;
+    for (int i = 0; i < count; ++i)
     {
         Pair pair;
         pairs.make(pair);
-        const double limit = pair.size * pairs.uniform(0, 0.5);
+        const double limit = pair.size * pairs.uniform(0, most);
         TrianglePairTouch touch;
-        if (findTouch(pair.a, pair.b, limit, touch) != TrianglePairState::Apart)
+        if (findTouch(pair.a, pair.b, limit, touch) != state)
             continue;
-        ++apart;
-        ASSERT_GT(lowestAlong(pair.a, touch.normal) - highestAlong(pair.b, touch.normal),
-                  limit - 1e-9 * pair.size)
-            << "seed " << kSeed + 1 << ", pair " << i;
+        SCOPED_TRACE(testing::Message() << "seed " << seed << ", pair " << i);
+        use(pair, touch, limit, found++);
     }
+    return found;
+}
+
+TEST(TrianglePair, IsApartOnlyWhenPlaneProvesIt)
+{
+    const int apart =
+        forEachPairOf(TrianglePairState::Apart, kSeed + 1, 100000, 0.5,
+                      [](const Pair& pair, const TrianglePairTouch& touch, double limit, int)
+                      {
+                          ASSERT_GT(lowestAlong(pair.a, touch.normal) - highestAlong(pair.b, touch.normal),
+                                    limit - 1e-9 * pair.size);
+                      });
     EXPECT_GT(apart, 40000);
 }
 
 TEST(TrianglePair, IsUnknownOnlyWhenTrianglesTouch)
 {
-    RandomPairs pairs(kSeed + 2);
-    int unknown = 0;
-    for (int i = 0; i < 20000; ++i)
-    {
-        Pair pair;
-        pairs.make(pair);
-        TrianglePairTouch touch;
-        if (findTouch(pair.a, pair.b, pair.size, touch) != TrianglePairState::Unknown)
-            continue;
-        ++unknown;
-        if (unknown > 60)
-            continue;
-        EXPECT_TRUE(pierces(pair.a, pair.b, 1e-5 * pair.size) || pierces(pair.b, pair.a, 1e-5 * pair.size))
-            << "seed " << kSeed + 2 << ", pair " << i;
-    }
+    const int unknown = forEachPairOf(
+        TrianglePairState::Unknown, kSeed + 2, 20000, 1.0,
+        [](const Pair& pair, const TrianglePairTouch&, double, int i)
+        {
+            const double tolerance = 1e-5 * pair.size;
+            const bool isTried = i < 60;
+            EXPECT_TRUE(!isTried || pierces(pair.a, pair.b, tolerance) || pierces(pair.b, pair.a, tolerance));
+        });
     EXPECT_GT(unknown, 300);
 }
 
