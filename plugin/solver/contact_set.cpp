@@ -148,7 +148,7 @@ void ContactSet::setUp(const SolverStep& step, const btContactSolverInfo& info, 
 }
 
 /// Prefetches the points of the block after this one.
-void ContactSet::prefetchNext(std::uint32_t index) const
+void ContactSet::readAhead(std::uint32_t index) const
 {
     if (index + 1 == m_blocks.size())
         return;
@@ -161,7 +161,7 @@ void ContactSet::setUpBlock(const SolverStep& step, const btContactSolverInfo& i
                             std::uint32_t index)
 {
     ContactBlock& block = m_blocks[index];
-    prefetchNext(index);
+    readAhead(index);
     btPersistentManifold* manifolds[kBlock];
     LivePoints points[kBlock];
     for (int lane = 0; lane < block.lanes; ++lane)
@@ -243,7 +243,7 @@ void ContactSet::writeBack(const SolverStep& step, ParallelLoops& loops) const
 {
     const auto writeBlock = [&](std::uint32_t index, unsigned)
     {
-        prefetchNext(index);
+        readAhead(index);
         const ContactBlock& block = m_blocks[index];
         for (int lane = 0; lane < block.lanes; ++lane)
         {

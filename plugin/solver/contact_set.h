@@ -76,7 +76,7 @@ private:
                    Contact& contact);
     void layOut(const SolverStep& step, const SolverBodies& bodies);
     void fillLanes(const SolverBodies& bodies, const BlockPlan::Block& planned, ContactBlock& block);
-    void prefetchNext(std::uint32_t index) const;
+    void readAhead(std::uint32_t index) const;
     void setUpBlock(const SolverStep& step, const btContactSolverInfo& info, SolverBodies& bodies,
                     std::uint32_t index);
 

@@ -98,8 +98,8 @@ const Lines& recordedLines()
         "boxes MostlyStatic 252fef1a2a802820",
         "boxes Pile 4965ae7b9b2c5f3a",
         "boxes Teleport ee70aa760e1fb475",
-        "drift isa-gjk pairs 70a2266e90437657 contacts b708cc85f96d55e1 bodies 1e8f6f39db1dbdb8",
-        "drift dispatcher pairs 70a2266e90437657 contacts 4e34a3e86758fa7b bodies 1e8f6f39db1dbdb8",
+        "drift isa-gjk pairs 70a2266e90437657 contacts ed7e9eaddbab4a54 bodies 1e8f6f39db1dbdb8",
+        "drift dispatcher pairs 70a2266e90437657 contacts c58d019184cf9b27 bodies 1e8f6f39db1dbdb8",
     };
     static const Lines kDouble = {
         "scalar 8 bytes",
@@ -108,8 +108,8 @@ const Lines& recordedLines()
         "boxes MostlyStatic 252fef1a2a802820",
         "boxes Pile 4965ae7b9b2c5f3a",
         "boxes Teleport ee70aa760e1fb475",
-        "drift isa-gjk pairs 70a2266e90437657 contacts a06ca0496a238ec0 bodies 8e5e8f5b930706af",
-        "drift dispatcher pairs 70a2266e90437657 contacts a3f246c675d2a2ce bodies 8e5e8f5b930706af",
+        "drift isa-gjk pairs 70a2266e90437657 contacts 906ca30dec8d9432 bodies 8e5e8f5b930706af",
+        "drift dispatcher pairs 70a2266e90437657 contacts 827f28516b12e4b4 bodies 8e5e8f5b930706af",
     };
     return sizeof(btScalar) == 4 ? kFloat : kDouble;
 }
