@@ -329,9 +329,9 @@ struct RowPlace
     const WideMask bounces = (before < zero ? -before : before) >= fill(step.bounceAbove);
     const Wide approach = step.isSoft ? speedAtTouch(-before, -ofForces, gap, time) : -before;
     const Wide rebound = larger(approach * load(source.restitution, at.part), zero);
-    const Wide bounce = bounces & (rebound > zero)
-                            ? (step.isSoft ? speedFromTouch(rebound, -before, ofForces, gap, time) : rebound)
-                            : zero;
+    const Wide leaving = step.isSoft ? speedFromTouch(rebound, -before, ofForces, gap, time) : rebound;
+    const WideMask rebounds = bounces & (rebound > zero);
+    const Wide bounce = rebounds ? leaving : zero;
     const Wide wanted = bounce - velocity - larger(gap, zero) * time;
     const Wide apart = -lesser(gap, zero) * load(source.errorReduction, at.part) * time;
     const WideMask isDeep = at.isLive & (gap <= fill(step.pushBelow));
@@ -340,8 +340,8 @@ struct RowPlace
     store(row.target, at.part, step.isSoft ? gap : (wanted + (isDeep ? zero : apart)) * inverse);
     if (push != nullptr)
     {
-        store(push->target, at.part,
-              isDeep & (step.isSoft ? zero != zero : zero == zero) ? apart * inverse : zero);
+        const WideMask isPushed = isDeep & (step.isSoft ? zero != zero : zero == zero);
+        store(push->target, at.part, isPushed ? apart * inverse : zero);
         store(push->impulse, at.part, zero);
     }
 }

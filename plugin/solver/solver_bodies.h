@@ -65,7 +65,7 @@ public:
     };
     void bind(std::uint32_t number, Binding binding)
     {
-        m_bindings[number] = std::max(m_bindings[number], binding);
+        m_bindings[number].binding = std::max(m_bindings[number].binding, binding);
     }
     /// The number that the broad phase gave to a body that rows move, less the lowest of its island: it does not depend on
     /// other islands. All other objects have one in common.
@@ -79,6 +79,11 @@ public:
     SolverMotion* pushes() { return m_pushes.data(); }
 
 private:
+    struct BindingOfBody
+    {
+        Binding binding;
+    };
+
     /// The way that is missing, see endSubstep().
     struct MissingPart
     {
@@ -106,9 +111,10 @@ private:
     void writeBack(const btContactSolverInfo& info, std::uint32_t number) const;
     void writeBackMoved(const btContactSolverInfo& info, std::uint32_t number) const;
 
-    std::vector<btRigidBody*> m_bodies;             ///< [number], null for the fixed one
-    std::vector<std::uint8_t> m_isMoved;            ///< [number]
-    std::vector<Binding> m_bindings;                ///< [number]
+    std::vector<btRigidBody*> m_bodies;   ///< [number], null for the fixed one
+    std::vector<std::uint8_t> m_isMoved;  ///< [number]
+    /// [number] A member of a class, since the library would export vectors of an enumeration.
+    std::vector<BindingOfBody> m_bindings;
     std::vector<std::uint32_t> m_localIds;          ///< [number]
     std::vector<std::uint32_t> m_kinematic;         ///< numbers of kinematic bodies
     std::vector<SolverBodyState> m_states;          ///< [number]
