@@ -40,7 +40,10 @@ void ContactSet::collect(const btContactSolverInfo& info, btPersistentManifold**
     m_bounces = m_hasOwnSoftness = false;
     for (int i = 0; i < count; ++i)
     {
-        if (i + kPrefetchDistance < count)
+        // Bullet's own narrow phase has a manifold for each pair of boxes, most of them without points.
+        if (i + 2 * kPrefetchDistance < count)
+            prefetchBodiesOf(manifolds[i + 2 * kPrefetchDistance]);
+        if (i + kPrefetchDistance < count && manifolds[i + kPrefetchDistance]->getNumContacts() > 0)
             prefetchPointsOf(manifolds[i + kPrefetchDistance]);
         add(info, *manifolds[i], bodies);
     }

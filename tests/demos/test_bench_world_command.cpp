@@ -187,7 +187,8 @@ TEST_F(BenchWorldCommand, WritesTheColumnsThatAreDocumented)
     EXPECT_EQ(
         head,
         "benchmark,scene,backend,narrow,update,precision,threads,bodies,pairs,median_ms,p90_ms,min_ms,hash,"
-        "mean_ms,contact_pairs,steps,parts,depth_mean_mm,depth_p99_mm,depth_max_mm,energy_j,sleepers,solver,cpu,"
+        "mean_ms,contact_pairs,steps,parts,depth_mean_mm,depth_p99_mm,depth_max_mm,energy_j,sleepers,solver,"
+        "cpu,"
         "gpu,commit,machine");
     std::set<std::string> scenes;
     for (; std::getline(lines, line);)
