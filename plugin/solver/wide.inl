@@ -54,6 +54,11 @@ struct Wide3
     store(block.z, part, v.z);
 }
 
+[[gnu::always_inline]] inline WideMask inAllLanes(bool value)
+{
+    return value ? Wide{} == Wide{} : Wide{} != Wide{};
+}
+
 /// The second one where they are equal or one is NaN, as the processor's instruction does.
 [[gnu::always_inline]] inline Wide larger(Wide a, Wide b)
 {
