@@ -56,8 +56,8 @@ void ContactSet::plan(const SolverStep& step, SolverBodies& bodies, const Parall
     for (const Contact& contact : m_contacts)
     {
         const auto moved = [&](std::uint32_t body) { return bodies.isMoved(body) ? body : kFixedBody; };
-        bodies.bind(contact.a, SolverBodies::Binding::Contacts);
-        bodies.bind(contact.b, SolverBodies::Binding::Contacts);
+        bodies.bind(contact.a);
+        bodies.bind(contact.b);
         m_constraints.push_back({moved(contact.a), moved(contact.b), 4u - contact.points});
     }
     m_plan.build(m_constraints, bodies.size());

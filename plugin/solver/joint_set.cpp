@@ -3,6 +3,7 @@
 #include "cullet/plugin/solver/joint_set.h"
 
 #include "cullet/plugin/solver/colour_loops.h"
+#include "cullet/plugin/solver/lane_vectors.h"
 
 #include <BulletDynamics/ConstraintSolver/btContactSolverInfo.h>
 #include <BulletDynamics/ConstraintSolver/btSolverConstraint.h>
@@ -18,7 +19,7 @@ inline namespace CULLET_PRECISION
 {
 namespace
 {
-/// More than any of Bullet's joints has: six limits, six motors and six springs.
+/// No joint of Bullet has more: two limits, a motor and a spring for each of six axes.
 constexpr int kMostRows = 24;
 
 /// A joint's rows as it writes them.
@@ -27,18 +28,6 @@ struct InfoRows
     btSolverConstraint rows[kMostRows];
     btScalar damping;
 };
-
-void set(BlockOfVectors& block, int lane, const btVector3& v)
-{
-    block.x.lane[lane] = v.x();
-    block.y.lane[lane] = v.y();
-    block.z.lane[lane] = v.z();
-}
-
-btVector3 at(const BlockOfVectors& block, int lane)
-{
-    return {block.x.lane[lane], block.y.lane[lane], block.z.lane[lane]};
-}
 
 void clearFeedback(btTypedConstraint& joint)
 {
@@ -83,10 +72,10 @@ void askForRows(const btContactSolverInfo& info, btTypedConstraint& joint, int r
 
 void setRow(const btSolverConstraint& from, btScalar mostImpulse, int lane, JointRowBlock& to)
 {
-    set(to.linearA, lane, from.m_contactNormal1);
-    set(to.armA, lane, from.m_relpos1CrossNormal);
-    set(to.linearB, lane, from.m_contactNormal2);
-    set(to.armB, lane, from.m_relpos2CrossNormal);
+    setLane(to.linearA, lane, from.m_contactNormal1);
+    setLane(to.armA, lane, from.m_relpos1CrossNormal);
+    setLane(to.linearB, lane, from.m_contactNormal2);
+    setLane(to.armB, lane, from.m_relpos2CrossNormal);
     to.target.lane[lane] = from.m_rhs;
     to.softness.lane[lane] = from.m_cfm;
     // A row without a bound holds or limits a place, and what it wants is to remove an error; motors and springs have bounds.
@@ -100,7 +89,7 @@ void clearRow(int lane, JointRowBlock& row)
 {
     const btVector3 zero(0, 0, 0);
     for (BlockOfVectors* vectors : {&row.linearA, &row.armA, &row.linearB, &row.armB})
-        set(*vectors, lane, zero);
+        setLane(*vectors, lane, zero);
     for (BlockOf* numbers : {&row.target, &row.softness, &row.least, &row.most, &row.isLasting})
         numbers->lane[lane] = 0;
 }
@@ -139,8 +128,8 @@ void JointSet::add(const btContactSolverInfo& info, btTypedConstraint& joint, So
     if (request.m_numConstraintRows == 0)
         return;
     const std::uint32_t a = bodies.add(joint.getRigidBodyA()), b = bodies.add(joint.getRigidBodyB());
-    bodies.bind(a, SolverBodies::Binding::Joints);
-    bodies.bind(b, SolverBodies::Binding::Joints);
+    bodies.bind(a);
+    bodies.bind(b);
     const int wanted = joint.getOverrideNumSolverIterations();
     const int iterations = wanted > 0 ? wanted : info.m_numIterations;
     m_mostIterations = std::max(m_mostIterations, iterations);
@@ -263,10 +252,10 @@ void JointSet::writeBack(const SolverStep& step, const btContactSolverInfo& info
                        force = impulse / info.m_timeStep;
         if (feedback != nullptr)
         {
-            feedback->m_appliedForceBodyA += at(row.linearA, lane) * a.getLinearFactor() * force;
-            feedback->m_appliedForceBodyB += at(row.linearB, lane) * b.getLinearFactor() * force;
-            feedback->m_appliedTorqueBodyA += at(row.armA, lane) * a.getAngularFactor() * force;
-            feedback->m_appliedTorqueBodyB += at(row.armB, lane) * b.getAngularFactor() * force;
+            feedback->m_appliedForceBodyA += laneOf(row.linearA, lane) * a.getLinearFactor() * force;
+            feedback->m_appliedForceBodyB += laneOf(row.linearB, lane) * b.getLinearFactor() * force;
+            feedback->m_appliedTorqueBodyA += laneOf(row.armA, lane) * a.getAngularFactor() * force;
+            feedback->m_appliedTorqueBodyB += laneOf(row.armB, lane) * b.getAngularFactor() * force;
         }
         joint.joint->internalSetAppliedImpulse(impulse);
         if (std::abs(impulse) >= joint.joint->getBreakingImpulseThreshold())

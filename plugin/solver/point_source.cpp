@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #include "cullet/plugin/solver/point_source.h"
 
+#include "cullet/plugin/solver/lane_vectors.h"
+
 #include <BulletCollision/CollisionDispatch/btCollisionObject.h>
 #include <BulletCollision/NarrowPhaseCollision/btPersistentManifold.h>
 #include <BulletDynamics/ConstraintSolver/btContactSolverInfo.h>
@@ -14,18 +16,6 @@ inline namespace CULLET_PRECISION
 {
 namespace
 {
-void set(BlockOfVectors& block, int lane, const btVector3& v)
-{
-    block.x.lane[lane] = v.x();
-    block.y.lane[lane] = v.y();
-    block.z.lane[lane] = v.z();
-}
-
-btVector3 at(const BlockOfVectors& block, int lane)
-{
-    return {block.x.lane[lane], block.y.lane[lane], block.z.lane[lane]};
-}
-
 bool has(const btManifoldPoint& point, int flag)
 {
     return (point.m_contactPointFlags & flag) != 0;
@@ -112,7 +102,7 @@ void readTurns(const btManifoldPoint& point, int lane, PointSource& source)
         axes[i].normalize();
         for (const auto& side : source.objects)
             applyAnisotropy(*side[lane], btCollisionObject::CF_ANISOTROPIC_ROLLING_FRICTION, axes[i]);
-        set(source.roll[i], lane, axes[i].length() > btScalar(0.001) ? axes[i] : btVector3(0, 0, 0));
+        setLane(source.roll[i], lane, axes[i].length() > btScalar(0.001) ? axes[i] : btVector3(0, 0, 0));
     }
 }
 
@@ -129,15 +119,15 @@ btVector3 slideImpulseOf(const btManifoldPoint& point)
 
 void readPoint(const btContactSolverInfo& info, btManifoldPoint& point, int lane, PointSource& source)
 {
-    set(source.positionA, lane, point.getPositionWorldOnA());
-    set(source.positionB, lane, point.getPositionWorldOnB());
-    set(source.normal, lane, point.m_normalWorldOnB);
+    setLane(source.positionA, lane, point.getPositionWorldOnA());
+    setLane(source.positionB, lane, point.getPositionWorldOnB());
+    setLane(source.normal, lane, point.m_normalWorldOnB);
     source.isLive.lane[lane] = 1;
     source.gap.lane[lane] = point.getDistance() + info.m_linearSlop;
     source.friction.lane[lane] = point.m_combinedFriction;
     source.restitution.lane[lane] = point.m_combinedRestitution;
     source.impulse.lane[lane] = point.m_appliedImpulse;
-    set(source.slideImpulse, lane, slideImpulseOf(point));
+    setLane(source.slideImpulse, lane, slideImpulseOf(point));
     readSoftness(info, point, lane, source);
     readDirections(info, point, lane, source);
     readTurns(point, lane, source);
@@ -146,10 +136,10 @@ void readPoint(const btContactSolverInfo& info, btManifoldPoint& point, int lane
 void clearLane(int lane, PointSource& source)
 {
     const btVector3 zero(0, 0, 0);
-    set(source.positionA, lane, zero);
-    set(source.positionB, lane, zero);
-    set(source.normal, lane, zero);
-    set(source.slideImpulse, lane, zero);
+    setLane(source.positionA, lane, zero);
+    setLane(source.positionB, lane, zero);
+    setLane(source.normal, lane, zero);
+    setLane(source.slideImpulse, lane, zero);
     for (BlockOf* block : {&source.isLive, &source.gap, &source.friction, &source.restitution,
                            &source.impulse, &source.errorReduction, &source.softness})
         block->lane[lane] = 0;
@@ -199,15 +189,15 @@ void turnSlides(const SolverStep& step, int lane, PointSource& source)
         return;
     for (int i = 0; i < step.slidingRows; ++i)
     {
-        btVector3 direction = at(source.slide[i], lane);
+        btVector3 direction = laneOf(source.slide[i], lane);
         // Bullet's second direction is beside the first one as anisotropy has left it.
         if (i == 1 && source.isSliding.lane[lane] != 0)
-            direction = at(source.slide[0], lane).cross(source.points[lane]->m_normalWorldOnB);
+            direction = laneOf(source.slide[0], lane).cross(source.points[lane]->m_normalWorldOnB);
         if (i == 1 && direction.length2() > SIMD_EPSILON)
             direction.normalize();
         for (const btCollisionObject* object : objects)
             applyAnisotropy(*object, kMode, direction);
-        set(source.slide[i], lane, direction);
+        setLane(source.slide[i], lane, direction);
     }
 }
 }  // namespace
@@ -221,13 +211,13 @@ void finishSlides(const SolverStep& step, PointSource& source)
         btManifoldPoint& point = *source.points[lane];
         if (source.keeps[lane])
         {
-            set(source.slide[0], lane, point.m_lateralFrictionDir1);
-            set(source.slide[1], lane, point.m_lateralFrictionDir2);
+            setLane(source.slide[0], lane, point.m_lateralFrictionDir1);
+            setLane(source.slide[1], lane, point.m_lateralFrictionDir2);
             continue;
         }
         turnSlides(step, lane, source);
-        point.m_lateralFrictionDir1 = at(source.slide[0], lane);
-        point.m_lateralFrictionDir2 = at(source.slide[1], lane);
+        point.m_lateralFrictionDir1 = laneOf(source.slide[0], lane);
+        point.m_lateralFrictionDir2 = laneOf(source.slide[1], lane);
         if (step.keepsSlides)
             point.m_contactPointFlags |= BT_CONTACT_FLAG_LATERAL_FRICTION_INITIALIZED;
     }

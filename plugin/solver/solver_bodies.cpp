@@ -57,7 +57,7 @@ void SolverBodies::clear(btCollisionObject** bodies, int count)
 {
     m_bodies.assign(1, nullptr);
     m_isMoved.assign(1, 0);
-    m_bindings.assign(1, {Binding::None});
+    m_isBound.assign(1, 0);
     m_kinematic.clear();
     for (int i = 0; i < count; ++i)
         bodies[i]->setCompanionId(-1);
@@ -112,7 +112,7 @@ void SolverBodies::append(btRigidBody* body)
     m_localIds.push_back(kNoLocalId);
     m_bodies.push_back(body);
     m_isMoved.push_back(body->getInvMass() != btScalar(0) ? 1 : 0);
-    m_bindings.push_back({Binding::None});
+    m_isBound.push_back(0);
 }
 
 void SolverBodies::readStates(const btContactSolverInfo& info, ParallelLoops& loops)
@@ -187,7 +187,7 @@ void SolverBodies::addForces(int substep, btScalar share)
 {
     for (std::size_t i = 0; i < m_states.size(); ++i)
     {
-        const btScalar part = m_bindings[i].binding != Binding::None ? share : btScalar(substep == 0 ? 1 : 0);
+        const btScalar part = m_isBound[i] != 0 ? share : btScalar(substep == 0 ? 1 : 0);
         for (int k = 0; k < 3; ++k)
         {
             m_motions[i].linear[k] += m_states[i].force[k] * part;
@@ -245,7 +245,7 @@ void SolverBodies::writeBackMoved(const btContactSolverInfo& info, std::uint32_t
                     angular = vectorOf(m_motions[number].angular);
     body.setLinearVelocity(linear);
     body.setAngularVelocity(angular);
-    if (m_bindings[number].binding == Binding::None)
+    if (m_isBound[number] == 0)
         return;
     // Bullet's integration follows, by the velocity at the end for the whole step.
     btTransform now, before;

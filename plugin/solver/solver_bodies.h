@@ -6,7 +6,6 @@
 
 #include <LinearMath/btVector3.h>
 
-#include <algorithm>
 #include <cstdint>
 #include <vector>
 
@@ -54,19 +53,9 @@ public:
     void writeBack(const btContactSolverInfo& info, ParallelLoops& loops);
 
     std::uint32_t size() const { return static_cast<std::uint32_t>(m_bodies.size()); }
-    const btRigidBody* body(std::uint32_t number) const { return m_bodies[number]; }
     const SolverBodyState* states() const { return m_states.data(); }
-    /// What moves a body besides forces.
-    enum class Binding : std::uint8_t
-    {
-        None,
-        Contacts,
-        Joints  ///< and maybe contacts
-    };
-    void bind(std::uint32_t number, Binding binding)
-    {
-        m_bindings[number].binding = std::max(m_bindings[number].binding, binding);
-    }
+    /// Notes that a body has rows.
+    void bind(std::uint32_t number) { m_isBound[number] = 1; }
     /// The number that the broad phase gave to a body that rows move, less the lowest of its island: it does not depend on
     /// other islands. All other objects have one in common.
     std::uint32_t localId(std::uint32_t number) const { return m_localIds[number]; }
@@ -79,11 +68,6 @@ public:
     SolverMotion* pushes() { return m_pushes.data(); }
 
 private:
-    struct BindingOfBody
-    {
-        Binding binding;
-    };
-
     /// The way that is missing, see endSubstep().
     struct MissingPart
     {
@@ -111,10 +95,9 @@ private:
     void writeBack(const btContactSolverInfo& info, std::uint32_t number) const;
     void writeBackMoved(const btContactSolverInfo& info, std::uint32_t number) const;
 
-    std::vector<btRigidBody*> m_bodies;   ///< [number], null for the fixed one
-    std::vector<std::uint8_t> m_isMoved;  ///< [number]
-    /// [number] A member of a class, since the library would export vectors of an enumeration.
-    std::vector<BindingOfBody> m_bindings;
+    std::vector<btRigidBody*> m_bodies;             ///< [number], null for the fixed one
+    std::vector<std::uint8_t> m_isMoved;            ///< [number]
+    std::vector<std::uint8_t> m_isBound;            ///< [number] whether the body has rows
     std::vector<std::uint32_t> m_localIds;          ///< [number]
     std::vector<std::uint32_t> m_kinematic;         ///< numbers of kinematic bodies
     std::vector<SolverBodyState> m_states;          ///< [number]
