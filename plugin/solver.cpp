@@ -55,9 +55,11 @@ bool solvesItself(btTypedConstraint& joint)
     return rows.m_numConstraintRows == 0;
 }
 
-bool isForeign(btTypedConstraint& joint)
+bool hasForeignJoint(const SolverGroup& group)
 {
-    return !isBulletJoint(joint) || solvesItself(joint);
+    return std::any_of(group.joints, group.joints + group.jointCount,
+                       [](btTypedConstraint* joint)
+                       { return !isBulletJoint(*joint) || solvesItself(*joint); });
 }
 
 SolverGroup groupOf(const SolverTasks& what, std::uint32_t number)
@@ -190,9 +192,7 @@ SolverRefusal SolverWithoutState::Parts::refusalOf(const SolverGroup& group, con
     const SolverRefusal ofStep = refusalOfStep(info);
     if (ofStep != SolverRefusal::No)
         return ofStep;
-    const bool isOwn = std::none_of(group.joints, group.joints + group.jointCount,
-                                    [](btTypedConstraint* joint) { return isForeign(*joint); });
-    return isOwn ? SolverRefusal::No : SolverRefusal::ForeignJoint;
+    return hasForeignJoint(group) ? SolverRefusal::ForeignJoint : SolverRefusal::No;
 }
 
 SolverRefusal SolverWithoutState::Parts::refusalOfStep(const btContactSolverInfo& info)
@@ -262,14 +262,8 @@ bool SolverWithoutState::Parts::isAlone(const SolverTasks& what, unsigned task)
     if (what.tasks.taskWork(task) > std::max(kWideWork, kWideShare * what.tasks.work() / loops.threads()))
         return true;
     bool isForeignTask = false;
-    what.tasks.forEachGroup(task,
-                            [&](std::uint32_t number)
-                            {
-                                const SolverGroup group = groupOf(what, number);
-                                isForeignTask = isForeignTask ||
-                                                std::any_of(group.joints, group.joints + group.jointCount,
-                                                            [](auto* joint) { return isForeign(*joint); });
-                            });
+    what.tasks.forEachGroup(task, [&](std::uint32_t group)
+                            { isForeignTask = isForeignTask || hasForeignJoint(groupOf(what, group)); });
     return isForeignTask;
 }
 

@@ -35,7 +35,7 @@ struct WorldIslands::Parts
     void reserve(const Step& step);
     SerialIslands reasonAgainst(const Step& step) const;
     void solveOneByOne(const Step& step);
-    void collectGroups();
+    void collectGroups(const Step& step);
     double parallelWork() const;
     void solveOnThreads(const Step& step);
     void solveByOwn(SolverWithoutState& solver, const Step& step);
@@ -212,14 +212,20 @@ void WorldIslands::Parts::solveGroup(btConstraintSolver& solver, const Step& ste
                       step.debugDrawer, step.world.getDispatcher());
 }
 
-void WorldIslands::Parts::solveOnThreads(const Step& step)
+/// Finds all groups, and divides them into tasks.
+void WorldIslands::Parts::collectGroups(const Step& step)
 {
-    BT_PROFILE("processIslands");
     for (IslandGroup group; islands.next(group);)
         groups.push_back(group);
     stats.groups = static_cast<std::uint32_t>(groups.size());
     tasks.build(islands, groups, step.info.m_numIterations);
     stats.sharingGroups = tasks.sharingGroups();
+}
+
+void WorldIslands::Parts::solveOnThreads(const Step& step)
+{
+    BT_PROFILE("processIslands");
+    collectGroups(step);
     if (parallelWork() < 2 * ParallelLoops::workPerThread)
     {
         stats.serial = SerialIslands::LittleWork;
@@ -244,11 +250,7 @@ void WorldIslands::Parts::solveOnThreads(const Step& step)
 void WorldIslands::Parts::solveByOwn(SolverWithoutState& solver, const Step& step)
 {
     BT_PROFILE("processIslands");
-    for (IslandGroup group; islands.next(group);)
-        groups.push_back(group);
-    stats.groups = static_cast<std::uint32_t>(groups.size());
-    tasks.build(islands, groups, step.info.m_numIterations);
-    stats.sharingGroups = tasks.sharingGroups();
+    collectGroups(step);
     stats.tasks = tasks.tasks();
     solver.solveTasks({islands, groups, tasks, step.info, step.debugDrawer, step.world.getDispatcher()});
 }
