@@ -78,9 +78,9 @@ protected:
 /// their order only: not on other islands, the number of threads or the instruction set.
 ///
 /// Rows are those of btSequentialImpulseConstraintSolver 3.24, and so are their parameters in btContactSolverInfo, flags of
-/// points and bodies, feedback and breaking of joints, and impulses of points. What differs: the order of the rows, and
-/// that a contact's friction follows its normals at once, as with SOLVER_INTERLEAVE_CONTACT_AND_FRICTION_CONSTRAINTS. Groups
-/// that SolverRefusal names are left to Bullet's solver.
+/// points and bodies, feedback and breaking of joints, and impulses of points. What differs: the order of the rows, that an
+/// iteration goes over the points of a manifold twice, and that SOLVER_INTERLEAVE_CONTACT_AND_FRICTION_CONSTRAINTS has no
+/// effect: friction comes after all normals. Groups that SolverRefusal names are left to Bullet's solver.
 ///
 /// SolverModel::Soft solves contacts as springs in substeps, with two directions of friction, and then takes the velocity
 /// away that overlap caused (Catto, "Solver2D", 2024). m_erp2, m_sor, split impulse and the warm-starting factor do not
