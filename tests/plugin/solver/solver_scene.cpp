@@ -26,14 +26,6 @@ std::vector<std::size_t> orderOf(std::size_t count, int order)
     return indices;
 }
 
-std::unique_ptr<btDiscreteDynamicsWorld> makeDiscreteWorld(btDispatcher* dispatcher,
-                                                           btBroadphaseInterface* broadphase,
-                                                           btConstraintSolver* solver,
-                                                           btCollisionConfiguration* configuration)
-{
-    return std::make_unique<btDiscreteDynamicsWorld>(dispatcher, broadphase, solver, configuration);
-}
-
 template <class Function>
 void forEachPoint(const btDiscreteDynamicsWorld& world, const Function& function)
 {
@@ -151,6 +143,14 @@ std::vector<Measures> runOrders(const Scene& scene, Contender contender, int ord
     return runs;
 }
 }  // namespace
+
+std::unique_ptr<btDiscreteDynamicsWorld> makeDiscreteWorld(btDispatcher* dispatcher,
+                                                           btBroadphaseInterface* broadphase,
+                                                           btConstraintSolver* solver,
+                                                           btCollisionConfiguration* configuration)
+{
+    return std::make_unique<btDiscreteDynamicsWorld>(dispatcher, broadphase, solver, configuration);
+}
 
 const char* nameOf(Contender contender)
 {

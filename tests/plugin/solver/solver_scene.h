@@ -29,6 +29,12 @@ const char* nameOf(Contender contender);
 /// @param threads of Solver
 std::unique_ptr<btSequentialImpulseConstraintSolver> makeSolver(Contender contender, int threads = 0);
 
+/// Bullet's own world.
+std::unique_ptr<btDiscreteDynamicsWorld> makeDiscreteWorld(btDispatcher* dispatcher,
+                                                           btBroadphaseInterface* broadphase,
+                                                           btConstraintSolver* solver,
+                                                           btCollisionConfiguration* configuration);
+
 /// Bullet's discrete world with its own collision detection and one of the solvers. Bodies and joints enter the world at the
 /// first step, in an order that a number names.
 class SolverScene

@@ -383,16 +383,22 @@ TEST(SolverContacts, KeepLinearAndAngularFactors)
     expectAsStock(lockedBox);
 }
 
-/// A body on a point with spring and damper.
-Measures springyFloor(SolverScene& scene)
+/// A ball is laid on the floor.
+Measures sinkBall(SolverScene& scene)
 {
-    scene.addFloor().setContactStiffnessAndDamping(400, 20);
     btRigidBody& ball = scene.add(scene.shape<btSphereShape>(btScalar(0.5)), 1, vec(0, 0.5, 0));
     ball.setActivationState(DISABLE_DEACTIVATION);
     scene.step(10);
     const double early = heightOfBody(ball);
     scene.step(290);
     return {equal("height after 10 steps", early, 0.002), equal("last height", heightOfBody(ball), 0.001)};
+}
+
+/// A body on a point with spring and damper.
+Measures springyFloor(SolverScene& scene)
+{
+    scene.addFloor().setContactStiffnessAndDamping(400, 20);
+    return sinkBall(scene);
 }
 
 TEST(SolverContacts, FollowStiffnessAndDampingAsStock)
@@ -413,12 +419,7 @@ Measures softPoint(SolverScene& scene)
 {
     btRigidBody& floor = scene.addFloor();
     floor.setCollisionFlags(floor.getCollisionFlags() | btCollisionObject::CF_CUSTOM_MATERIAL_CALLBACK);
-    btRigidBody& ball = scene.add(scene.shape<btSphereShape>(btScalar(0.5)), 1, vec(0, 0.5, 0));
-    ball.setActivationState(DISABLE_DEACTIVATION);
-    scene.step(10);
-    const double early = heightOfBody(ball);
-    scene.step(290);
-    return {equal("height after 10 steps", early, 0.002), equal("last height", heightOfBody(ball), 0.001)};
+    return sinkBall(scene);
 }
 
 TEST(SolverContacts, FollowSoftnessOfPointsAsStock)

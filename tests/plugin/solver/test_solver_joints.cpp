@@ -40,68 +40,40 @@ Measures hangingLoad(SolverScene& scene, const MakeJoint& makeJoint)
             equal("torque on B", double(feedback.m_appliedTorqueBodyB.length()), 0.02 * weight)};
 }
 
+/// @param makeJoint called with a scene and two bodies
+template <class MakeJoint>
+void expectLoadHangsAsStock(const MakeJoint& makeJoint)
+{
+    expectAsStock([&](SolverScene& scene) { return hangingLoad(scene, makeJoint); });
+}
+
 TEST(SolverJoints, ReportImpulsesAndFeedbackAsStock)
 {
     const btTransform below = at(0, -1, 0), above = at(0, 1, 0);
-    expectAsStock(
-        [&](SolverScene& scene)
-        {
-            return hangingLoad(
-                scene, [&](SolverScene & in, btRigidBody & a, btRigidBody & b) -> auto& {
-                    return in.join<btPoint2PointConstraint>(a, b, below.getOrigin(), above.getOrigin());
-                });
-        });
-    expectAsStock(
-        [&](SolverScene& scene)
-        {
-            return hangingLoad(
-                scene, [&](SolverScene & in, btRigidBody & a, btRigidBody & b) -> auto& {
-                    return in.join<btHingeConstraint>(a, b, below, above);
-                });
-        });
-    expectAsStock(
-        [&](SolverScene& scene)
-        {
-            return hangingLoad(
-                scene, [&](SolverScene & in, btRigidBody & a, btRigidBody & b) -> auto& {
-                    return in.join<btFixedConstraint>(a, b, below, above);
-                });
-        });
-    expectAsStock(
-        [&](SolverScene& scene)
-        {
-            return hangingLoad(
-                scene, [&](SolverScene & in, btRigidBody & a, btRigidBody & b) -> auto& {
-                    return in.join<btGeneric6DofConstraint>(a, b, below, above, true);
-                });
-        });
-    expectAsStock(
-        [&](SolverScene& scene)
-        {
-            return hangingLoad(
-                scene, [&](SolverScene & in, btRigidBody & a, btRigidBody & b) -> auto& {
-                    auto& joint = in.join<btGeneric6DofSpring2Constraint>(a, b, below, above);
-                    joint.setLinearLowerLimit(vec(0, 0, 0));
-                    joint.setLinearUpperLimit(vec(0, 0, 0));
-                    return joint;
-                });
-        });
-    expectAsStock(
-        [&](SolverScene& scene)
-        {
-            return hangingLoad(
-                scene, [&](SolverScene & in, btRigidBody & a, btRigidBody & b) -> auto& {
-                    return in.join<btConeTwistConstraint>(a, b, below, above);
-                });
-        });
-    expectAsStock(
-        [&](SolverScene& scene)
-        {
-            return hangingLoad(
-                scene, [&](SolverScene & in, btRigidBody & a, btRigidBody & b) -> auto& {
-                    return in.join<btSliderConstraint>(a, b, below, above, true);
-                });
-        });
+    expectLoadHangsAsStock([&](SolverScene & in, btRigidBody & a, btRigidBody & b) -> auto& {
+        return in.join<btPoint2PointConstraint>(a, b, below.getOrigin(), above.getOrigin());
+    });
+    expectLoadHangsAsStock([&](SolverScene & in, btRigidBody & a, btRigidBody & b) -> auto& {
+        return in.join<btHingeConstraint>(a, b, below, above);
+    });
+    expectLoadHangsAsStock([&](SolverScene & in, btRigidBody & a, btRigidBody & b) -> auto& {
+        return in.join<btFixedConstraint>(a, b, below, above);
+    });
+    expectLoadHangsAsStock([&](SolverScene & in, btRigidBody & a, btRigidBody & b) -> auto& {
+        return in.join<btGeneric6DofConstraint>(a, b, below, above, true);
+    });
+    expectLoadHangsAsStock([&](SolverScene & in, btRigidBody & a, btRigidBody & b) -> auto& {
+        auto& joint = in.join<btGeneric6DofSpring2Constraint>(a, b, below, above);
+        joint.setLinearLowerLimit(vec(0, 0, 0));
+        joint.setLinearUpperLimit(vec(0, 0, 0));
+        return joint;
+    });
+    expectLoadHangsAsStock([&](SolverScene & in, btRigidBody & a, btRigidBody & b) -> auto& {
+        return in.join<btConeTwistConstraint>(a, b, below, above);
+    });
+    expectLoadHangsAsStock([&](SolverScene & in, btRigidBody & a, btRigidBody & b) -> auto& {
+        return in.join<btSliderConstraint>(a, b, below, above, true);
+    });
 }
 
 /// Whether a joint holds a load of this mass.

@@ -85,14 +85,20 @@ TEST(SolverSettings, ReduceErrorOfJointsByErp)
         [](btContactSolverInfo& info) { info.m_erp = btScalar(0.6); }, kBoth);
 }
 
+/// A box of 1 m starts at a height above the floor: its height after some steps.
+double heightOfBoxFrom(SolverScene& scene, double start, int steps)
+{
+    scene.addFloor();
+    btRigidBody& box = scene.add(scene.box(0.5, 0.5, 0.5), 1, vec(0, start, 0));
+    box.setActivationState(DISABLE_DEACTIVATION);
+    scene.step(steps);
+    return heightOfBody(box);
+}
+
 /// A box starts 0.1 deep in the floor: its height after some steps.
 double riseOfSunkBox(SolverScene& scene)
 {
-    scene.addFloor();
-    btRigidBody& box = scene.add(scene.box(0.5, 0.5, 0.5), 1, vec(0, 0.4, 0));
-    box.setActivationState(DISABLE_DEACTIVATION);
-    scene.step(5);
-    return heightOfBody(box);
+    return heightOfBoxFrom(scene, 0.4, 5);
 }
 
 TEST(SolverSettings, PushOverlapsApartByErp2)
@@ -142,11 +148,7 @@ TEST(SolverSettings, SplitImpulsesBelowThresholdOnly)
 
 double heightAtRest(SolverScene& scene)
 {
-    scene.addFloor();
-    btRigidBody& box = scene.add(scene.box(0.5, 0.5, 0.5), 1, vec(0, 0.45, 0));
-    box.setActivationState(DISABLE_DEACTIVATION);
-    scene.step(240);
-    return heightOfBody(box);
+    return heightOfBoxFrom(scene, 0.45, 240);
 }
 
 TEST(SolverSettings, LeaveOverlapOfLinearSlop)

@@ -16,14 +16,6 @@ namespace
 {
 constexpr auto kModels = {Contender::Bullet, Contender::Soft};
 
-std::unique_ptr<btDiscreteDynamicsWorld> makePlainWorld(btDispatcher* dispatcher,
-                                                        btBroadphaseInterface* broadphase,
-                                                        btConstraintSolver* solver,
-                                                        btCollisionConfiguration* configuration)
-{
-    return std::make_unique<btDiscreteDynamicsWorld>(dispatcher, broadphase, solver, configuration);
-}
-
 template <int Threads>
 std::unique_ptr<btDiscreteDynamicsWorld> makeParallelWorld(btDispatcher* dispatcher,
                                                            btBroadphaseInterface* broadphase,
@@ -96,17 +88,19 @@ std::vector<std::uint64_t> hashesOf(Contender model, int threads, const MakeWorl
 TEST(SolverThreads, RepeatBitsInSecondRun)
 {
     for (const Contender model : kModels)
-        EXPECT_EQ(hashesOf(model, 2, makePlainWorld), hashesOf(model, 2, makePlainWorld)) << nameOf(model);
+        EXPECT_EQ(hashesOf(model, 2, makeDiscreteWorld), hashesOf(model, 2, makeDiscreteWorld))
+            << nameOf(model);
 }
 
 TEST(SolverThreads, KeepBitsForAnyNumberInDiscreteWorld)
 {
     for (const Contender model : kModels)
     {
-        const auto expected = hashesOf(model, 1, makePlainWorld);
+        const auto expected = hashesOf(model, 1, makeDiscreteWorld);
         EXPECT_NE(expected.front(), expected.back());
         for (const int threads : {2, 3, 8})
-            EXPECT_EQ(hashesOf(model, threads, makePlainWorld), expected) << nameOf(model) << ' ' << threads;
+            EXPECT_EQ(hashesOf(model, threads, makeDiscreteWorld), expected)
+                << nameOf(model) << ' ' << threads;
     }
 }
 
@@ -114,7 +108,7 @@ TEST(SolverThreads, KeepBitsForAnyNumberInWorld)
 {
     for (const Contender model : kModels)
     {
-        const auto expected = hashesOf(model, 1, makePlainWorld);
+        const auto expected = hashesOf(model, 1, makeDiscreteWorld);
         EXPECT_EQ(hashesOf(model, 1, makeParallelWorld<1>), expected) << nameOf(model);
         EXPECT_EQ(hashesOf(model, 2, makeParallelWorld<2>), expected) << nameOf(model);
         EXPECT_EQ(hashesOf(model, 3, makeParallelWorld<3>), expected) << nameOf(model);
@@ -169,10 +163,10 @@ TEST(SolverThreads, SolveIslandAsIfItWereAlone)
     for (const Contender model : kModels)
     {
         SCOPED_TRACE(nameOf(model));
-        const auto alone = hashesBeside(model, 0, 0, makePlainWorld);
-        EXPECT_EQ(hashesBeside(model, 1, 0, makePlainWorld), alone);
-        EXPECT_EQ(hashesBeside(model, 0, 1, makePlainWorld), alone);
-        EXPECT_EQ(hashesBeside(model, 10, 10, makePlainWorld), alone);
+        const auto alone = hashesBeside(model, 0, 0, makeDiscreteWorld);
+        EXPECT_EQ(hashesBeside(model, 1, 0, makeDiscreteWorld), alone);
+        EXPECT_EQ(hashesBeside(model, 0, 1, makeDiscreteWorld), alone);
+        EXPECT_EQ(hashesBeside(model, 10, 10, makeDiscreteWorld), alone);
         EXPECT_EQ(hashesBeside(model, 0, 0, makeParallelWorld<3>), alone);
         EXPECT_EQ(hashesBeside(model, 10, 10, makeParallelWorld<3>), alone);
     }
