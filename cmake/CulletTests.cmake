@@ -112,7 +112,8 @@ endfunction()
 # programs of one precision read them as the first one of them has compiled them. Elsewhere each reads its own, which shows
 # what a test forgot to include.
 function(cullet_share_headers target suffix)
-    if(NOT (CULLET_SANITIZE AND CMAKE_CXX_COMPILER_ID MATCHES "Clang"))
+    # A folder that enables C, too, has the extension that the C compiler gives to such headers, which may be GCC's.
+    if(NOT (CULLET_SANITIZE AND CMAKE_CXX_COMPILER_ID MATCHES "Clang" AND CMAKE_PCH_EXTENSION STREQUAL ".pch"))
         return()
     endif()
     # The compiler's cache knows these objects too, if it is told to (CCACHE_SLOPPINESS in .ci/run).
