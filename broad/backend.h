@@ -148,51 +148,18 @@ public:
     virtual BackendStats stats() const = 0;
 };
 
-/// How the hierarchical grid stores its cells.
-enum class GridLayout
-{
-    Rows,  ///< two axes tiled, the third kept sorted inside each cell (a column); the default
-    Cells  ///< three-dimensional cells in a hash of buckets, ids stored per cell: Lesson 04 (docs/references.md)
-};
-
-/// In which of its cells GridLayout::Cells stores a box. The pairs are the same.
-enum class GridPlacement
-{
-    AllCoarser,  ///< all cells that it touches, at its level and at all coarser ones: Lesson 04; Mirtich, second method
-    OwnLevel,  ///< all cells that it touches, at its own level: Mirtich 1997, first method
-    OnePoint,  ///< the one cell of its lowest corner, at its own level: Ericson 2005, section 7.2
-    OneGrid  ///< all cells that it touches, in one grid whose cells fit the mean box: uniform grid of Lesson 04
-};
-
-/// How GridLayout::Cells finds a cell. The pairs are the same.
-enum class GridStorage
-{
-    Chained,         ///< hash with a chain for each bucket
-    OpenAddressing,  ///< hash with linear probing
-    Array            ///< three-dimensional array that repeats in space, with a chain for each element
-};
-
 struct GridOptions
 {
     /// Threads used inside an update; 0: as many as the machine has. The result never depends on it.
     int threads = 0;
-    GridLayout layout = GridLayout::Rows;
     /// Buckets of the cell hash; 0: as many as needed. Any value gives the same pairs (1 forces every collision).
     std::uint32_t bucketCount = 0;
-    // GridLayout::Cells only, up to countsPairs.
-    GridPlacement placement = GridPlacement::AllCoarser;
-    GridStorage storage = GridStorage::Chained;
-    /// The simple update of Lesson 04, remove and add, instead of the one that touches changed cells only.
-    bool updatesByRemoveAndAdd = false;
-    /// Mirtich 1997, second method: count for each pair the cells that it shares, so that a box that stays in its cells
-    /// costs its counted pairs and nothing else. For GridPlacement::AllCoarser.
-    bool countsPairs = false;
     /// Cell width in units of the largest box of its level; 0: tuned from counted work. Any value gives the same pairs.
     float cellScale = 0.0f;
     /// Fraction of moved rows above which the grid is cleared and rebuilt instead of updated; negative: automatic,
     /// 0: always rebuild, 1: rebuild only when forced to. Any value gives the same pairs.
     float rebuildFraction = -1.0f;
-    // GridLayout::Rows only, for comparisons with what the cost model chooses.
+    // For comparisons with what the cost model chooses:
     /// False: no resting mode, that is no skins around boxes that rest; every update processes all rows.
     bool settles = true;
     /// Levels that the octaves of sizes are merged into, if there are as many; 0: automatic. Any value gives the same
@@ -201,19 +168,9 @@ struct GridOptions
     /// Slow-path switch for tests and comparisons: use no instructions beyond the x86-64 baseline.
     bool baselineSimd = false;
     /// Rows up to which every changed box is tested against all others, without a grid; kMeasured: where that is faster
-    /// on this processor. Any value gives the same pairs. GridLayout::Rows only.
+    /// on this processor. Any value gives the same pairs.
     static constexpr std::uint32_t kMeasured = 0xffffffffu;
     std::uint32_t flatLimit = kMeasured;
-};
-
-/// Which search a sweep-and-prune backend runs. The pairs are the same.
-enum class PsapVariant
-{
-    Rows,     ///< the fast one: sorting into columns, one entry per box, several levels
-    Literal,  ///< as in the thesis: count, scan, fill, radix sort of (cell, start) keys, sweep
-    Shifted  ///< Literal with the thesis's shift by cell x scene length in float, which finds false pairs; they are
-    ///< counted (BackendStats::falsePairs) and dropped. Neither bitStrings nor splitWork; Literal along the
-    ///< principal axis.
 };
 
 /// How the sweep axis is chosen. The pairs are the same.
@@ -223,21 +180,10 @@ enum class PsapAxis
     X,
     Y,
     Z,
-    Random,  ///< by the seed, once per backend
-    Principal  ///< the principal component of the centres (Liu et al. 2010); not a world axis. The rows variant uses
-               ///< Variance instead.
+    Random  ///< by the seed, once per backend
 };
 
-/// How many cells the literal variant divides the two other axes into, at least: they are nearly square, in full lines.
-/// The pairs are the same.
-enum class PsapCells
-{
-    Automatic,   ///< cells about three mean extents wide
-    Thesis,      ///< one per 64,000 boxes, rounded up: the thesis's ceil(N / 64000)
-    FixedCount,  ///< PsapOptions::cellCount
-};
-
-/// How the rows variant sorts the boxes. The pairs are the same.
+/// How the boxes are sorted. The pairs are the same.
 enum class PsapOrder
 {
     /// On a GPU bins for small worlds and tiles for larger ones of one size; else counting below some million boxes,
@@ -249,7 +195,7 @@ enum class PsapOrder
     Tiles  ///< into blocks of space, each sorted and searched by itself; by counting where a block is full
 };
 
-/// How the rows variant searches for partners where boxes are sorted, not put into bins of fixed capacity. The pairs
+/// How partners are searched where boxes are sorted, not put into bins of fixed capacity. The pairs
 /// are the same.
 enum class PsapRowSearch
 {
@@ -275,27 +221,21 @@ enum class PsapExecutor
     Threads
 };
 
-/// Options of the subdivision + parallel sweep-and-prune backends.
+/// Options of the sweep-and-prune backend on a GPU.
 struct PsapOptions
 {
     int device = 0;  ///< CUDA device ordinal
-    PsapVariant variant = PsapVariant::Rows;
     PsapAxis axis = PsapAxis::Variance;
-    PsapCells cells = PsapCells::Automatic;
-    std::uint32_t cellCount = 1;  ///< for PsapCells::FixedCount
-    bool bitStrings =
-        false;  ///< literal variant: 8 x 8 second-level cells as bit strings, compared before a test
-    bool splitWork = false;  ///< literal variant: long sweeps are cut into parts of 128 tests
     std::uint32_t seed = 1;  ///< for PsapAxis::Random and PsapExecutor::Shuffled
-    /// Rows variant: width of a cell and length of a bin in units of the longest box side of their level; 0: chosen by
+    /// Width of a cell and length of a bin in units of the longest box side of their level; 0: chosen by
     /// a cost model. Any values give the same pairs.
     float cellScale = 0.0f;
     float binScale = 0.0f;
-    /// Rows variant: updates until the next plan of cells, bins or tiles is begun; 0: 32, and 256 for tiles. Any value
+    /// Updates until the next plan of cells, bins or tiles is begun; 0: 32, and 256 for tiles. Any value
     /// gives the same pairs.
     std::uint32_t updatesPerPlan = 0;
-    PsapOrder order = PsapOrder::Automatic;              ///< rows variant
-    PsapRowSearch rowSearch = PsapRowSearch::Automatic;  ///< rows variant
+    PsapOrder order = PsapOrder::Automatic;
+    PsapRowSearch rowSearch = PsapRowSearch::Automatic;
     PsapNearPairs nearPairs = PsapNearPairs::Automatic;  ///< for updates that report deltas
     /// Initial capacity for pairs, entries and look-ups; every list grows when needed. Any value gives the same pairs
     /// (1 forces every growth).
@@ -304,7 +244,7 @@ struct PsapOptions
     /// Threads that pack boxes for the executor, and of PsapExecutor::Threads; 0: as many as the machine has.
     int threads = 0;
     bool timeStages = false;  ///< BackendStats::stages; the device's clock around each stage
-    /// CUDA: threads in a block of the steps whose indices do not cooperate, among them all of the literal variant; in
+    /// CUDA: threads in a block of the steps whose indices do not cooperate, in
     /// warps of 32, up to 256, or 128 where steps find pairs. 0: the maximum. Any value gives the same pairs.
     std::uint32_t blockThreads = 0;
 };
@@ -313,15 +253,6 @@ CULLET_API std::unique_ptr<Backend> makeGridBackend(const GridOptions& options =
 
 /// Tests every pair of boxes in every update: O(n^2), the oracle of the tests, and fine below about 100 boxes.
 CULLET_API std::unique_ptr<Backend> makeBruteForceBackend();
-
-/// Incremental sweep and prune of Lesson 04: for comparison, and for scenes that move a little and evenly.
-CULLET_API std::unique_ptr<Backend> makeSapBackend();
-
-/// Le Grand's uniform grid (GPU Gems 3) on one thread: for comparison, on boxes of one size.
-CULLET_API std::unique_ptr<Backend> makeLeGrandBackend();
-
-/// The steps of the CUDA backend run by the CPU: the reference of that backend, and the thesis's algorithm for study.
-CULLET_API std::unique_ptr<Backend> makeHostPsapBackend(const PsapOptions& options = {});
 
 /// The CUDA backend, or null with the reason in words in `*why`: no device, driver too old, built without CUDA.
 CULLET_API std::unique_ptr<Backend> makeCudaPsapBackend(const PsapOptions& options = {},

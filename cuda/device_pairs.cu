@@ -1,13 +1,12 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 #include "cullet/broad/psap/delta_search.h"
-#include "cullet/broad/psap/search.h"
 #include "cullet/cuda/device_pairs.h"
-#include "cullet/cuda/kernels/cuda_exec.cuh"
+#include "cullet/cuda/pair_finder.cuh"
 #include "cullet/cuda/runtime/cuda_device.h"
-#include "cullet/cuda/runtime/graph_launches.cuh"
 
-#include <new>
+#include <memory>
+#include <string>
 #include <utility>
 
 namespace cullet
@@ -15,143 +14,6 @@ namespace cullet
 namespace
 {
 using namespace psap;
-
-/// Calls `body`. After a failure waits for all work and calls `forget`.
-template <class Body, class Forget>
-Status guarded(CudaExec& exec, const Body& body, const Forget& forget)
-{
-    Status status = Status::OutOfMemory;
-    try
-    {
-        const CudaExec::DeviceGuard use(exec);
-        body();
-        return Status::Ok;
-    }
-    catch (const ExecutorFailure& failure)
-    {
-        status = failure.status;
-    }
-    catch (const std::bad_alloc&)
-    {
-    }
-    exec.drain();
-    forget();
-    return status;
-}
-
-class PairFinder final : public DevicePairFinder
-{
-public:
-    PairFinder(const PsapOptions& options, cudaStream_t stream)
-        : m_options(options), m_exec(options, stream), m_search(options)
-    {
-    }
-
-    Status enqueue(const Aabb* boxes, std::uint64_t count) override
-    {
-        return guarded(
-            m_exec,
-            [&]
-            {
-                m_exec.reserve(m_found, 1);
-                m_exec.reserve(m_count, 1);
-                enqueueOrThrow({boxes, count, m_found.data(), m_lastCount});
-            },
-            [&] { forget(); });
-    }
-
-    DevicePairsAhead ahead() const override { return {m_pairs.data(), m_pairs.size(), m_found.data()}; }
-
-    Status collect(DevicePairs& pairs) override
-    {
-        pairs = {};
-        return guarded(
-            m_exec,
-            [&]
-            {
-                if (!m_hasSearch)
-                    return;
-                collectOrThrow();
-                pairs = {m_pairs.data(), *m_count.data()};
-                m_lastCount = pairs.count;
-            },
-            [&] { forget(); });
-    }
-
-    std::uint64_t bytes() const override { return m_exec.bytes(); }
-
-private:
-    void forget()
-    {
-        m_launches.drop();
-        m_search = Search<CudaExec>(m_options);
-        m_input = {};
-        m_hasSearch = false;
-    }
-
-    void enqueueOrThrow(SearchInput input)
-    {
-        const bool isSame = input.boxes == m_input.boxes && input.count == m_input.count;
-        m_input = input;
-        m_hasSearch = true;
-        m_search.poll(m_exec);
-        if (!isSame)
-            m_launches.drop();
-        if (!isSame || !m_search.isRepeatable(m_exec, input))
-        {
-            m_exec.reserve(m_pairs, m_options.initialCapacity);
-            searchOnce();
-        }
-        else if (m_launches.launch(m_exec.stream(), m_search.nextPhase(), m_search.launches(),
-                                   [&] { searchOnce(); }))
-            m_search.countRepeat();
-        m_search.advanceNextPlan(m_exec);
-    }
-
-    void collectOrThrow()
-    {
-        fetchCount();
-        if (*m_count.data() == kOverflowed)
-        {
-            m_search.buildByCounting(m_exec, m_input.boxes);
-            emit();
-            fetchCount();
-        }
-        while (*m_count.data() > m_pairs.size())
-        {
-            m_launches.drop();
-            m_exec.reserve(m_pairs, *m_count.data());
-            m_exec.clear(m_found.data(), 1);
-            emit();
-            fetchCount();
-        }
-    }
-
-    void searchOnce()
-    {
-        m_search.build(m_exec, m_input);
-        emit();
-    }
-
-    void emit() { m_search.emit(m_exec, EveryPair{}, {m_pairs.data(), m_pairs.size(), m_found.data()}); }
-
-    void fetchCount()
-    {
-        m_exec.download(m_count.data(), m_found.data(), 1);
-        m_exec.wait();
-    }
-
-    PsapOptions m_options;
-    CudaExec m_exec;  ///< declared before the buffers, which use its memory
-    Search<CudaExec> m_search;
-    SearchInput m_input{};
-    bool m_hasSearch = false;
-    std::uint64_t m_lastCount = 0;
-    GraphLaunches<Search<CudaExec>::kPhases> m_launches;
-    DeviceBuffer<RowPair> m_pairs;
-    DeviceBuffer<std::uint64_t> m_found;
-    PinnedBuffer<std::uint64_t> m_count;
-};
 
 class DeltaFinder final : public DeviceDeltaFinder
 {
@@ -258,7 +120,7 @@ std::unique_ptr<Finder> make(const PsapOptions& options, CUstream_st* stream, st
 std::unique_ptr<DevicePairFinder> makeDevicePairFinder(const PsapOptions& options, CUstream_st* stream,
                                                        std::string* why)
 {
-    return make<DevicePairFinder, PairFinder>(options, stream, why);
+    return make<DevicePairFinder, PairFinder<>>(options, stream, why);
 }
 
 std::unique_ptr<DeviceDeltaFinder> makeDeviceDeltaFinder(const PsapOptions& options, CUstream_st* stream,

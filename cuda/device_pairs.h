@@ -36,7 +36,7 @@ struct DevicePairsAhead
 /// Finds all overlapping pairs of boxes that are in device memory already, and leaves them there. For programs without
 /// a Bullet world.
 ///
-/// enqueue() only puts work on the stream, and waits only where memory has to grow, and in the literal variant.
+/// enqueue() only puts work on the stream, and waits only where memory has to grow.
 /// collect() waits for the work. In between the caller may put more work on the stream, but must not change the
 /// boxes.
 class CULLET_API DevicePairFinder

@@ -4,7 +4,7 @@
 # cmake -DROOT=<source folder> -P check_includes.cmake
 #
 # Holds the arrows between the folders: preload, abi -> plugin; plugin -> broad, narrow, mid, cuda; mid -> narrow; cuda -> broad;
-# all -> base; broad, narrow and mid know neither Bullet nor CUDA, and broad and narrow not each other. And those between the
+# comparison -> broad, cuda; all -> base; broad, narrow and mid know neither Bullet nor CUDA, and broad and narrow not each other. And those between the
 # rooms of a folder, see room(). An include in quotes is spelled as after install and names the folder, so that a reader sees
 # the arrow.
 
@@ -51,16 +51,15 @@ endfunction()
 
 check_folder(base MAY base NEVER "${bullet}" "${cuda}" "${eigen}" "${test_only}")
 check_folder(broad MAY base broad NEVER "${bullet}" "${cuda}" "${eigen}" "${test_only}")
-# A source file that nvcc never sees may solve its eigenvalue problem with Eigen.
-list(FILTER found EXCLUDE REGEX "^broad/psap/thesis/principal_axis\\.cpp: <Eigen/")
 check_folder(narrow MAY base narrow NEVER "${bullet}" "${cuda}" "${test_only}")
 check_folder(mid MAY base narrow mid NEVER "${bullet}" "${cuda}" "${test_only}")
 check_folder(cuda MAY base cuda broad NEVER "${bullet}" "${eigen}" "${test_only}")
+check_folder(comparison MAY base comparison broad cuda NEVER "${bullet}" "${cuda}" "${test_only}")
 check_folder(plugin MAY base plugin broad narrow mid cuda NEVER "${cuda}" "${test_only}")
 check_folder(preload MAY preload plugin NEVER "${cuda}" "${test_only}")
 check_folder(abi MAY base abi plugin broad narrow cuda NEVER "${cuda}" "${test_only}")
-check_folder(demos MAY base demos generated plugin broad narrow mid cuda NEVER "${kernels}" "${test_only}")
-check_folder(tests MAY base tests demos generated abi plugin broad narrow mid cuda)
+check_folder(demos MAY base demos generated plugin comparison broad narrow mid cuda NEVER "${kernels}" "${test_only}")
+check_folder(tests MAY base tests demos generated abi plugin comparison broad narrow mid cuda)
 
 # room(<folder> MAY <folder>...): what the files of a folder, without those below it, may include besides each other.
 function(room folder)
@@ -85,15 +84,14 @@ room(broad/grid/moving MAY base broad broad/boxes broad/pairs broad/grid/columns
 room(broad/grid/resting MAY base broad broad/boxes broad/pairs broad/grid/columns)
 room(broad/grid MAY base base/threads broad broad/boxes broad/pairs broad/small broad/grid/columns broad/grid/moving
     broad/grid/resting)
-room(broad/comparison MAY base broad broad/boxes broad/pairs)
+room(broad/brute MAY base broad broad/boxes broad/pairs)
 room(broad/psap/data MAY broad)
 room(broad/psap/exec MAY base base/threads broad broad/psap/data)
 room(broad/psap/sorted MAY broad broad/psap/data broad/psap/exec)
-room(broad/psap/thesis MAY broad broad/psap/data)
 room(broad/psap/tiles MAY broad broad/psap/data)
 room(broad/psap/update MAY base base/threads broad broad/boxes broad/psap/data)
 room(broad/psap/verlet MAY broad broad/psap/data broad/psap/exec broad/psap/update)
-room(broad/psap MAY base broad broad/pairs broad/psap/data broad/psap/exec broad/psap/sorted broad/psap/thesis broad/psap/tiles
+room(broad/psap MAY base broad broad/pairs broad/psap/data broad/psap/exec broad/psap/sorted broad/psap/tiles
     broad/psap/update broad/psap/verlet)
 room(narrow/math MAY base)
 room(narrow/box MAY base)
@@ -105,6 +103,8 @@ room(mid MAY base base/threads base/trees narrow/box)
 room(cuda/runtime MAY broad broad/psap/exec)
 room(cuda/kernels MAY broad broad/psap/data broad/psap/exec broad/psap/tiles cuda/runtime)
 room(cuda MAY base broad broad/psap cuda/kernels cuda/runtime)
+room(comparison MAY base broad broad/boxes broad/pairs broad/psap broad/psap/exec comparison/thesis cuda)
+room(comparison/thesis MAY broad broad/psap broad/psap/data comparison cuda cuda/kernels cuda/runtime)
 room(plugin/core MAY broad)
 room(plugin/pair_cache MAY base broad plugin/core)
 room(plugin/proxies MAY base broad broad/queries plugin/core)
@@ -121,7 +121,6 @@ room(plugin MAY base base/threads broad broad/queries cuda plugin/core plugin/pa
 
 # Against those arrows still: parts of one class in several rooms, and options in the header that users include.
 set(back_edges
-    "broad/grid/grid_backend.cpp broad/comparison/cell_grid_backend.h"
     "broad/grid/moving/[a-z_]+.cpp broad/grid/column_grid_backend.h"
     "broad/grid/resting/[a-z_]+.cpp broad/grid/column_grid_backend.h"
     "broad/psap/update/upload_steps.h broad/psap/verlet/neighbour_steps.h"
@@ -131,7 +130,7 @@ set(back_edges
 string(REPLACE "." "[.]" back_edges "${back_edges}")
 
 set(used_edges "")
-foreach(folder base broad narrow mid cuda plugin)
+foreach(folder base broad comparison narrow mid cuda plugin)
     file(GLOB_RECURSE files RELATIVE "${ROOT}" "${ROOT}/${folder}/*.h" "${ROOT}/${folder}/*.cpp" "${ROOT}/${folder}/*.inl"
         "${ROOT}/${folder}/*.cu" "${ROOT}/${folder}/*.cuh")
     foreach(file IN LISTS files)

@@ -1,7 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 #include "cullet/broad/backend.h"
-#include "cullet/broad/comparison/cell_grid_backend.h"
 #include "cullet/broad/grid/column_grid_backend.h"
 #include "cullet/broad/small/few_changes_policy.h"
 #include "cullet/broad/small/small_world_backend.h"
@@ -105,8 +104,6 @@ private:
 
 std::unique_ptr<Backend> makeGridBackend(const GridOptions& options)
 {
-    if (options.layout == GridLayout::Cells)
-        return makeCellGridBackend(options);
     if (options.flatLimit == 0)
         return std::make_unique<ColumnGridBackend>(options);
     return std::make_unique<SizedGridBackend>(options);

@@ -22,7 +22,10 @@
 
 namespace cullet::psap
 {
-/// Keeps the pair set of a proxy table up to date with one of the searches, on one executor.
+/// Keeps the pair set of a proxy table up to date with a search, on one executor.
+///
+/// @tparam SearchOn   Search, or another class with its members
+/// @tparam SearchOptions what it is made of; PsapOptions or derived from it
 ///
 /// The executor's memory holds the boxes of this update and of the previous one, and the held pairs, as rows. An
 /// update uploads the changed rows, settles the held pairs (tests whether each stays) and searches, or it follows the
@@ -31,12 +34,12 @@ namespace cullet::psap
 /// update.
 ///
 /// The order in which pairs are found may differ from run to run; deltas are sorted by unique id.
-template <class Exec>
+template <class Exec, template <class> class SearchOn = Search, class SearchOptions = PsapOptions>
 class PsapBackend final : public Backend
 {
 public:
     template <class... ExecArguments>
-    PsapBackend(const PsapOptions& options, const char* name, ExecArguments&&... arguments)
+    PsapBackend(const SearchOptions& options, const char* name, ExecArguments&&... arguments)
         : m_options(options),
           m_name(name),
           m_exec(std::forward<ExecArguments>(arguments)...),
@@ -71,7 +74,7 @@ public:
         }
         m_exec.drain();
         // The search may have recorded steps that never ran.
-        m_search = Search<Exec>(m_options);
+        m_search = SearchOn<Exec>(m_options);
         m_neighbours = PairListUpdate<Exec>(m_options);
         m_output.recover();
         restart({});
@@ -468,11 +471,11 @@ private:
         std::swap(m_heldDepths, m_keptDepths);
     }
 
-    PsapOptions m_options;
+    SearchOptions m_options;
     const char* m_name;
     Exec m_exec;  ///< declared before the buffers, which use its memory
     TableMirror<Exec> m_rows;
-    Search<Exec> m_search;
+    SearchOn<Exec> m_search;
     PairListUpdate<Exec> m_neighbours;
     BackendStats m_stats;
 

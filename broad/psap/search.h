@@ -4,7 +4,6 @@
 
 #include "cullet/broad/psap/sorted/counting_search.h"
 #include "cullet/broad/psap/sorted/fixed_bin_search.h"
-#include "cullet/broad/psap/thesis/cell_search.h"
 #include "cullet/broad/psap/tiles/tile_search.h"
 
 #include <cstdint>
@@ -29,11 +28,9 @@ class Search
 public:
     explicit Search(const PsapOptions& options)
         : m_order(options.order),
-          m_isLiteral(options.variant != PsapVariant::Rows),
-          m_cells(options, resolve(options)),
-          m_counting(options, worldAxis(options)),
-          m_bins(options, worldAxis(options)),
-          m_tiles(options, worldAxis(options))
+          m_counting(options, sweepAxis(options)),
+          m_bins(options, sweepAxis(options)),
+          m_tiles(options, sweepAxis(options))
     {
     }
 
@@ -102,8 +99,7 @@ public:
     bool isRepeatable(const Exec& exec, const SearchInput& input) const
     {
         const Method next = nextMethod(exec, input);
-        if (m_method == Method::Cells || !isSameMethod(next) ||
-            (next == Method::Tiles && !m_tiles.isRepeatable(input)))
+        if (!isSameMethod(next) || (next == Method::Tiles && !m_tiles.isRepeatable(input)))
             return false;
         return m_method == Method::Tiles ||
                (m_method == Method::Rows ? m_counting.isRepeatable(input) : m_bins.isRepeatable());
@@ -137,12 +133,11 @@ public:
     {
         return visit(*this, [](const auto& search) { return search.entryCount(); });
     }
-    std::uint64_t falsePairCount() const { return m_cells.falsePairCount(); }
+    std::uint64_t falsePairCount() const { return 0; }
 
 private:
     enum class Method
     {
-        Cells,
         Rows,
         Bins,
         Tiles  ///< or Rows, where no plan exists or none pays
@@ -154,8 +149,6 @@ private:
     {
         switch (self.m_method)
         {
-            case Method::Cells:
-                return body(self.m_cells);
             case Method::Rows:
                 return body(self.m_counting);
             case Method::Bins:
@@ -185,8 +178,6 @@ private:
 
     Method nextMethod(const Exec& exec, const SearchInput& input) const
     {
-        if (m_isLiteral)
-            return Method::Cells;
         if (isForTiles(exec, input) && TileSearch<Exec>::canHold(input.count))
             return Method::Tiles;
         const bool isChosen =
@@ -222,24 +213,10 @@ private:
             --m_updatesByCounting;
     }
 
-    static PsapAxis resolve(const PsapOptions& options)
-    {
-        constexpr PsapAxis kAxes[3] = {PsapAxis::X, PsapAxis::Y, PsapAxis::Z};
-        return options.axis == PsapAxis::Random ? kAxes[(options.seed * 2654435761u >> 16) % 3]
-                                                : options.axis;
-    }
-
-    static PsapAxis worldAxis(const PsapOptions& options)
-    {
-        return resolve(options) == PsapAxis::Principal ? PsapAxis::Variance : resolve(options);
-    }
-
     PsapOrder m_order;
-    bool m_isLiteral;
     SearchInput m_input{};
     Method m_method = Method::Rows;
     std::uint32_t m_updatesByCounting = 0;  ///< updates until bins or tiles are tried again
-    CellSearch<Exec> m_cells;
     CountingSearch<Exec> m_counting;
     FixedBinSearch<Exec> m_bins;
     TileSearch<Exec> m_tiles;

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #include "cullet/demos/bench/bullet_subject.h"
 
+#include "cullet/comparison/backends.h"
 #include "cullet/plugin/broadphase.h"
 
 namespace cullet
@@ -14,11 +15,7 @@ NamedBroadphase makeBroadphase(const SubjectRequest& request)
 {
     if (request.name == "grid-cells")
     {
-        BroadphaseOptions options;
-        options.backend = BackendChoice::Grid;
-        options.threads = request.threads;
-        options.grid.layout = GridLayout::Cells;
-        auto broadphase = std::make_unique<Broadphase>(options);
+        auto broadphase = std::make_unique<Broadphase>(makeCellGridBackend());
         NamedBroadphase result;
         result.cullet = broadphase.get();
         result.broadphase = std::move(broadphase);

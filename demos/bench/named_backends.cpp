@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #include "cullet/demos/bench/named_backends.h"
 
+#include "cullet/comparison/backends.h"
+
 #include <algorithm>
 #include <cstdlib>
 #include <stdexcept>
@@ -15,17 +17,16 @@ using Made = std::unique_ptr<Backend>;
 template <class Change>
 Made makeCells(Change change)
 {
-    GridOptions options;
-    options.layout = GridLayout::Cells;
+    CellsOptions options;
     change(options);
-    return makeGridBackend(options);
+    return makeCellGridBackend(options);
 }
 
 /// @param width of a cell in mean boxes; 0: automatic
 Made makeUniform(double width)
 {
     return makeCells(
-        [width](GridOptions& options)
+        [width](CellsOptions& options)
         {
             options.placement = GridPlacement::OneGrid;
             options.rebuildFraction = 1;
@@ -46,12 +47,11 @@ Made makePsap(int threads, Change change)
 template <class Change>
 Made makeLiteral(int threads, Change change)
 {
-    return makePsap(threads,
-                    [&](PsapOptions& options)
-                    {
-                        options.variant = PsapVariant::Literal;
-                        change(options);
-                    });
+    ThesisOptions options;
+    options.executor = PsapExecutor::Threads;
+    options.threads = threads;
+    change(options);
+    return makeHostThesisBackend(options);
 }
 
 template <class Change>
@@ -78,10 +78,11 @@ NamedBackend fixedLevels(const char* name, const char* what, std::uint32_t level
             }};
 }
 
-Made makeCuda(const PsapOptions& options)
+template <class Options>
+Made makeCuda(Made (*make)(const Options&, std::string*), const Options& options)
 {
     std::string why;
-    Made backend = makeCudaPsapBackend(options, &why);
+    Made backend = make(options, &why);
     if (!backend)
         throw std::runtime_error("backend cuda: " + why);
     return backend;
@@ -96,15 +97,14 @@ bool isChoice(const std::string& name)
 template <class Change>
 Made makeCudaLiteral(Change change)
 {
-    PsapOptions options;
-    options.variant = PsapVariant::Literal;
+    ThesisOptions options;
     change(options);
-    return makeCuda(options);
+    return makeCuda(makeCudaThesisBackend, options);
 }
 
-void setCells(PsapOptions& options, double count)
+void setCells(ThesisOptions& options, double count)
 {
-    options.cells = PsapCells::FixedCount;
+    options.cells = ThesisCells::FixedCount;
     options.cellCount = static_cast<std::uint32_t>(std::min(std::max(count, 1.0), 1e9));
 }
 
@@ -130,25 +130,25 @@ const std::vector<NamedBackend>& namedBackends()
         {"grid", "cullet: the hierarchical grid on the CPU, rows",
          [](int threads) { return makeGrid(threads, [](GridOptions&) {}); }},
         {"grid-cells", "cullet: the same with the lecture's cells",
-         [](int) { return makeCells([](GridOptions&) {}); }},
+         [](int) { return makeCells([](CellsOptions&) {}); }},
         {"brute", "cullet: every box against every other", [](int) { return makeBruteForceBackend(); }},
-        {"cuda", "cullet on an NVIDIA GPU", [](int) { return makeCuda({}); }},
+        {"cuda", "cullet on an NVIDIA GPU", [](int) { return makeCuda(makeCudaPsapBackend, {}); }},
         {"cuda-literal", "psap-literal on an NVIDIA GPU",
-         [](int) { return makeCudaLiteral([](PsapOptions&) {}); }},
+         [](int) { return makeCudaLiteral([](ThesisOptions&) {}); }},
         {"cuda-thesis", "psap-thesis on an NVIDIA GPU",
          [](int)
-         { return makeCudaLiteral([](PsapOptions& options) { options.cells = PsapCells::Thesis; }); }},
+         { return makeCudaLiteral([](ThesisOptions& options) { options.cells = ThesisCells::Thesis; }); }},
         {"uniform", "the lecture's uniform grid: one size of cells for all boxes, only changed cells touched",
          [](int) { return makeUniform(0); }},
         {"cells-incremental", "cells, only changed ones are touched",
-         [](int) { return makeCells([](GridOptions& options) { options.rebuildFraction = 1; }); }},
+         [](int) { return makeCells([](CellsOptions& options) { options.rebuildFraction = 1; }); }},
         {"cells-rebuild", "cells, cleared and filled in every update",
-         [](int) { return makeCells([](GridOptions& options) { options.rebuildFraction = 0; }); }},
+         [](int) { return makeCells([](CellsOptions& options) { options.rebuildFraction = 0; }); }},
         {"cells-simple", "cells, a box that moved is removed and added",
          [](int)
          {
              return makeCells(
-                 [](GridOptions& options)
+                 [](CellsOptions& options)
                  {
                      options.rebuildFraction = 1;
                      options.updatesByRemoveAndAdd = true;
@@ -156,17 +156,17 @@ const std::vector<NamedBackend>& namedBackends()
          }},
         {"cells-open", "cells in a hash with open addressing",
          [](int)
-         { return makeCells([](GridOptions& options) { options.storage = GridStorage::OpenAddressing; }); }},
+         { return makeCells([](CellsOptions& options) { options.storage = GridStorage::OpenAddressing; }); }},
         {"cells-array", "cells in an array that repeats in space",
-         [](int) { return makeCells([](GridOptions& options) { options.storage = GridStorage::Array; }); }},
+         [](int) { return makeCells([](CellsOptions& options) { options.storage = GridStorage::Array; }); }},
         {"cells-mirtich1", "Mirtich's first method: cells of a box's own level",
          [](int)
-         { return makeCells([](GridOptions& options) { options.placement = GridPlacement::OwnLevel; }); }},
+         { return makeCells([](CellsOptions& options) { options.placement = GridPlacement::OwnLevel; }); }},
         {"cells-mirtich2", "Mirtich's second method: all coarser levels, counted pairs",
          [](int)
          {
              return makeCells(
-                 [](GridOptions& options)
+                 [](CellsOptions& options)
                  {
                      options.countsPairs = true;
                      options.rebuildFraction = 1;
@@ -174,39 +174,40 @@ const std::vector<NamedBackend>& namedBackends()
          }},
         {"cells-ericson", "Ericson's grid: one cell per box",
          [](int)
-         { return makeCells([](GridOptions& options) { options.placement = GridPlacement::OnePoint; }); }},
+         { return makeCells([](CellsOptions& options) { options.placement = GridPlacement::OnePoint; }); }},
         {"legrand", "Le Grand's grid: sorted cell ids, cells as large as the largest box",
          [](int) { return makeLeGrandBackend(); }},
         {"sap", "incremental sweep and prune", [](int) { return makeSapBackend(); }},
         {"psap", "subdivision and sweep and prune on CPU threads, rows",
          [](int threads) { return makePsap(threads, [](PsapOptions&) {}); }},
         {"psap-literal", "the thesis's steps; axis by variance, cells by extents",
-         [](int threads) { return makeLiteral(threads, [](PsapOptions&) {}); }},
+         [](int threads) { return makeLiteral(threads, [](ThesisOptions&) {}); }},
         {"psap-x", "psap-literal along the x axis",
          [](int threads)
-         { return makeLiteral(threads, [](PsapOptions& options) { options.axis = PsapAxis::X; }); }},
+         { return makeLiteral(threads, [](ThesisOptions& options) { options.axis = PsapAxis::X; }); }},
         {"psap-random", "psap-literal with a random axis",
          [](int threads)
-         { return makeLiteral(threads, [](PsapOptions& options) { options.axis = PsapAxis::Random; }); }},
+         { return makeLiteral(threads, [](ThesisOptions& options) { options.axis = PsapAxis::Random; }); }},
         {"psap-principal", "psap-literal with the principal component as the axis",
          [](int threads)
-         { return makeLiteral(threads, [](PsapOptions& options) { options.axis = PsapAxis::Principal; }); }},
+         { return makeLiteral(threads, [](ThesisOptions& options) { options.isAxisPrincipal = true; }); }},
         {"psap-bits", "psap-literal with second-level bit strings",
          [](int threads)
-         { return makeLiteral(threads, [](PsapOptions& options) { options.bitStrings = true; }); }},
+         { return makeLiteral(threads, [](ThesisOptions& options) { options.bitStrings = true; }); }},
         {"psap-split", "psap-literal with work split by length",
          [](int threads)
-         { return makeLiteral(threads, [](PsapOptions& options) { options.splitWork = true; }); }},
+         { return makeLiteral(threads, [](ThesisOptions& options) { options.splitWork = true; }); }},
         {"psap-thesis", "psap-literal with one cell per 64,000 boxes",
-         [](int threads)
-         { return makeLiteral(threads, [](PsapOptions& options) { options.cells = PsapCells::Thesis; }); }},
+         [](int threads) {
+             return makeLiteral(threads, [](ThesisOptions& options) { options.cells = ThesisCells::Thesis; });
+         }},
         {"psap-thesis-bits", "psap-thesis with second-level bit strings",
          [](int threads)
          {
              return makeLiteral(threads,
-                                [](PsapOptions& options)
+                                [](ThesisOptions& options)
                                 {
-                                    options.cells = PsapCells::Thesis;
+                                    options.cells = ThesisCells::Thesis;
                                     options.bitStrings = true;
                                 });
          }},
@@ -214,22 +215,22 @@ const std::vector<NamedBackend>& namedBackends()
          [](int threads)
          {
              return makeLiteral(threads,
-                                [](PsapOptions& options)
+                                [](ThesisOptions& options)
                                 {
-                                    options.cells = PsapCells::FixedCount;
+                                    options.cells = ThesisCells::FixedCount;
                                     options.cellCount = kSomeCells;
                                 });
          }},
         {"psap-shifted", "psap-1024 with the thesis's shift in float",
          [](int threads)
          {
-             return makePsap(threads,
-                             [](PsapOptions& options)
-                             {
-                                 options.variant = PsapVariant::Shifted;
-                                 options.cells = PsapCells::FixedCount;
-                                 options.cellCount = kSomeCells;
-                             });
+             return makeLiteral(threads,
+                                [](ThesisOptions& options)
+                                {
+                                    options.isShifted = true;
+                                    options.cells = ThesisCells::FixedCount;
+                                    options.cellCount = kSomeCells;
+                                });
          }},
         {"grid-refill", "grid, rows cleared and filled in every update",
          [](int threads)
@@ -256,7 +257,7 @@ const std::vector<NumberedBackend>& numberedBackends()
     static const std::vector<NumberedBackend> backends = {
         {"psap-cells:N", "psap-literal with N cells",
          [](int threads, double number)
-         { return makeLiteral(threads, [=](PsapOptions& options) { setCells(options, number); }); }},
+         { return makeLiteral(threads, [=](ThesisOptions& options) { setCells(options, number); }); }},
         {"psap-rows:N", "psap with rows of N largest boxes width",
          [](int threads, double number) {
              return makePsap(threads,
@@ -271,7 +272,7 @@ const std::vector<NumberedBackend>& numberedBackends()
          [](int, double number) { return makeUniform(number); }},
         {"cuda-cells:N", "psap-cells:N on an NVIDIA GPU",
          [](int, double number)
-         { return makeCudaLiteral([=](PsapOptions& options) { setCells(options, number); }); }},
+         { return makeCudaLiteral([=](ThesisOptions& options) { setCells(options, number); }); }},
     };
     return backends;
 }

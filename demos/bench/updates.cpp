@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// Updates of a grid only, for profilers: `cullet_updates SCENE BODIES grid|cells WARMUP FRAMES`. The function to
+// Updates of a grid only, for profilers: `cullet_updates SCENE BODIES WARMUP FRAMES`. The function to
 // profile is measuredUpdate(). This file uses only interfaces that every version of the broad phase has, so that it
 // compiles with old versions, too (demos/results/profiles).
 
@@ -11,7 +11,6 @@
 
 #include <cstdio>
 #include <cstdlib>
-#include <cstring>
 
 namespace
 {
@@ -57,22 +56,20 @@ void runFrames(Run& run, cullet::BoxScene& scene, int warmup, int frames)
 
 int main(int argc, char** argv)
 {
-    const cullet::BoxSceneInfo* info = argc == 6 ? cullet::findBoxScene(argv[1]) : nullptr;
+    const cullet::BoxSceneInfo* info = argc == 5 ? cullet::findBoxScene(argv[1]) : nullptr;
     if (info == nullptr)
     {
-        std::fprintf(stderr, "usage: cullet_updates SCENE BODIES grid|cells WARMUP FRAMES\n");
+        std::fprintf(stderr, "usage: cullet_updates SCENE BODIES WARMUP FRAMES\n");
         return 2;
     }
     cullet::BoxSceneOptions sceneOptions;
     sceneOptions.bodies = static_cast<std::uint32_t>(std::atoi(argv[2]));
     cullet::GridOptions options;
     options.threads = 1;
-    options.layout =
-        std::strcmp(argv[3], "cells") == 0 ? cullet::GridLayout::Cells : cullet::GridLayout::Rows;
     Run run;
     run.backend = cullet::makeGridBackend(options);
     const auto scene = info->make(sceneOptions);
-    runFrames(run, *scene, std::atoi(argv[4]), std::atoi(argv[5]));
+    runFrames(run, *scene, std::atoi(argv[3]), std::atoi(argv[4]));
     std::printf("%s, %u bodies: last update %s, %llu pairs\n", info->name, sceneOptions.bodies,
                 run.backend->stats().path, static_cast<unsigned long long>(run.backend->stats().pairs));
     return 0;

@@ -200,10 +200,10 @@ void recordLevels(Backend& backend, WorkRecord& record)
 std::vector<BackendCase> workCases()
 {
     std::vector<BackendCase> cases = psapCases("Psap",
-                                               [](PsapOptions options)
+                                               [](SearchOptions options)
                                                {
                                                    options.threads = 1;
-                                                   return makeHostPsapBackend(options);
+                                                   return makeHostBackend(options);
                                                });
     const auto add = [&](const char* name, const std::function<void(GridOptions&)>& change)
     {
@@ -223,29 +223,26 @@ std::vector<BackendCase> workCases()
     add("GridOneLevel", [](GridOptions& options) { options.levels = 1; });
     add("GridThreeLevels", [](GridOptions& options) { options.levels = 3; });
     add("Flat", [](GridOptions& options) { options.flatLimit = 1u << 20; });
-    const auto addCells = [&](const char* name, const std::function<void(GridOptions&)>& change)
+    const auto addCells = [&](const char* name, const std::function<void(CellsOptions&)>& change)
     {
-        add(name,
-            [&](GridOptions& options)
-            {
-                options.layout = GridLayout::Cells;
-                change(options);
-            });
+        CellsOptions options;
+        change(options);
+        cases.push_back({name, [options] { return makeCellGridBackend(options); }});
     };
-    addCells("Cells", [](GridOptions&) {});
-    addCells("CellsHalfWidth", [](GridOptions& options) { options.cellScale = 0.5f; });
-    addCells("CellsAlwaysRebuild", [](GridOptions& options) { options.rebuildFraction = 0; });
-    addCells("CellsNeverRebuild", [](GridOptions& options) { options.rebuildFraction = 1; });
+    addCells("Cells", [](CellsOptions&) {});
+    addCells("CellsHalfWidth", [](CellsOptions& options) { options.cellScale = 0.5f; });
+    addCells("CellsAlwaysRebuild", [](CellsOptions& options) { options.rebuildFraction = 0; });
+    addCells("CellsNeverRebuild", [](CellsOptions& options) { options.rebuildFraction = 1; });
     addCells("CellsSimpleUpdate",
-             [](GridOptions& options)
+             [](CellsOptions& options)
              {
                  options.rebuildFraction = 1;
                  options.updatesByRemoveAndAdd = true;
              });
-    addCells("CellsOwnLevel", [](GridOptions& options) { options.placement = GridPlacement::OwnLevel; });
-    addCells("CellsOnePoint", [](GridOptions& options) { options.placement = GridPlacement::OnePoint; });
-    addCells("UniformGrid", [](GridOptions& options) { options.placement = GridPlacement::OneGrid; });
-    addCells("CellsCountedPairs", [](GridOptions& options) { options.countsPairs = true; });
+    addCells("CellsOwnLevel", [](CellsOptions& options) { options.placement = GridPlacement::OwnLevel; });
+    addCells("CellsOnePoint", [](CellsOptions& options) { options.placement = GridPlacement::OnePoint; });
+    addCells("UniformGrid", [](CellsOptions& options) { options.placement = GridPlacement::OneGrid; });
+    addCells("CellsCountedPairs", [](CellsOptions& options) { options.countsPairs = true; });
     cases.push_back({"LeGrand", [] { return makeLeGrandBackend(); }});
     cases.push_back({"Sap", [] { return makeSapBackend(); }});
     return cases;

@@ -7,8 +7,7 @@ namespace cullet::test
 const std::vector<BackendCase>& backendCases()
 {
     // main() has checked that a device answers.
-    static const std::vector<BackendCase> cases =
-        psapCases("Cuda", [](const PsapOptions& options) { return makeCudaPsapBackend(options); });
+    static const std::vector<BackendCase> cases = psapCases("Cuda", makeCudaBackend);
     return cases;
 }
 }  // namespace cullet::test

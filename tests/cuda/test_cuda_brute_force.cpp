@@ -79,7 +79,7 @@ TEST_P(CudaBruteForce, FindsSamePairsAsEverySearchAndGrid)
     for (const NamedOptions& variant : allOrders())
     {
         SCOPED_TRACE(variant.name);
-        const auto finder = makeDevicePairFinder(variant.options, nullptr, nullptr);
+        const auto finder = makeFinder(variant.options);
         ASSERT_NE(finder, nullptr);
         // The first frame makes plans; later ones are recorded, and launched again.
         for (std::size_t frame = 0; frame < 6; ++frame)

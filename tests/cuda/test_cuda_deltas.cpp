@@ -121,10 +121,7 @@ PsapOptions keeping(PsapNearPairs nearPairs)
 
 std::vector<PsapOptions> everyWay()
 {
-    PsapOptions literal;
-    literal.variant = PsapVariant::Literal;
-    literal.nearPairs = PsapNearPairs::Always;
-    std::vector<PsapOptions> ways = {literal};
+    std::vector<PsapOptions> ways;
     for (const PsapOrder order :
          {PsapOrder::Automatic, PsapOrder::Counting, PsapOrder::Radix, PsapOrder::Bins, PsapOrder::Tiles})
     {

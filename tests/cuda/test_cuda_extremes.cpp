@@ -92,7 +92,7 @@ TEST_P(CudaExtremes, GiveSamePairsAsGridInBoundedMemory)
     for (const NamedOptions& variant : allOrders())
     {
         SCOPED_TRACE(variant.name);
-        const auto backend = makeCudaPsapBackend(variant.options);
+        const auto backend = makeCudaBackend(variant.options);
         EXPECT_EQ(follow(*backend, frames), expected);
         EXPECT_LT(backend->stats().bytes, mostBytes(frames[0].size(), expected.added));
     }

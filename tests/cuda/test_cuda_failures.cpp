@@ -45,14 +45,14 @@ enum class Heir
 class FailingWorld
 {
 public:
-    FailingWorld(PsapOptions options, Heir heir, Motion motion)
+    FailingWorld(SearchOptions options, Heir heir, Motion motion)
         : m_heir(heir),
           m_motion(motion),
           m_steps(framesWithPlan(options, 3)),
           m_scene(SceneKind::Uniform, motion.count, 5)
     {
         options.initialCapacity = 1;
-        m_backend = makeCudaPsapBackend(options);
+        m_backend = makeCudaBackend(options);
         for (std::uint32_t body = 0; body < m_motion.count; ++body)
             m_table.create(m_scene.boxes()[body], body + 1, kEverything);
     }
@@ -115,7 +115,7 @@ private:
 };
 
 /// Fails every call of such updates once; returns the number of calls.
-std::uint64_t failEveryCall(const PsapOptions& options, FaultInjection fault, Heir heir,
+std::uint64_t failEveryCall(const SearchOptions& options, FaultInjection fault, Heir heir,
                             Motion motion = kAllMove)
 {
     return failEachCall(fault,
@@ -144,7 +144,7 @@ TEST_P(CudaFailuresOfVariants, LeavePairsExactWhenGridTakesOverAfterDeviceLoss)
 std::vector<NamedOptions> variantsAndStages()
 {
     std::vector<NamedOptions> all = allVariants();
-    PsapOptions timed;
+    SearchOptions timed;
     timed.timeStages = true;
     all.push_back({"TimedStages", timed});
     all.push_back({"Near", keepingNear()});

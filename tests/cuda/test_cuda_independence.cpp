@@ -25,18 +25,18 @@ constexpr PsapAxis kAxes[] = {PsapAxis::X, PsapAxis::Y, PsapAxis::Z, PsapAxis::V
 constexpr int kRuns = 20;
 
 /// The options with each axis and three sizes of cells.
-std::vector<NamedOptions> withAxesAndCells(const PsapOptions& options)
+std::vector<NamedOptions> withAxesAndCells(const SearchOptions& options)
 {
     std::vector<NamedOptions> all;
     for (const PsapAxis axis : kAxes)
     {
         for (const std::uint32_t size : {1u, 2u, 4u})
         {
-            PsapOptions changed = options;
+            SearchOptions changed = options;
             changed.axis = axis;
             changed.seed = size;
             changed.cellScale = changed.binScale = 0.5f * static_cast<float>(size);
-            changed.cells = PsapCells::FixedCount;  // for the literal search, which has no scales
+            changed.cells = ThesisCells::FixedCount;  // for the thesis's search, which has no scales
             changed.cellCount = 50 * size * size;
             all.push_back(
                 {"axis " + std::to_string(static_cast<int>(axis)) + ", size " + std::to_string(size),
@@ -61,7 +61,7 @@ TEST_P(CudaIndependence, GivesSamePairsForEveryAxisAndCellSize)
         for (const NamedOptions& changed : withAxesAndCells(GetParam().options))
         {
             SCOPED_TRACE(std::string(sceneName(kind)) + ", " + changed.name);
-            EXPECT_EQ(follow(*makeCudaPsapBackend(changed.options), frames), expected);
+            EXPECT_EQ(follow(*makeCudaBackend(changed.options), frames), expected);
         }
     }
 }
@@ -74,9 +74,9 @@ TEST_P(CudaIndependence, GivesSamePairsForEveryBlockSize)
     // Less than a warp, whole warps, no power of two, and more than the limit of a block.
     for (const std::uint32_t threads : {1u, 32u, 100u, 128u, 192u, 1u << 20})
     {
-        PsapOptions options = GetParam().options;
+        SearchOptions options = GetParam().options;
         options.blockThreads = threads;
-        EXPECT_EQ(follow(*makeCudaPsapBackend(options), frames), expected) << threads;
+        EXPECT_EQ(follow(*makeCudaBackend(options), frames), expected) << threads;
     }
 }
 
@@ -86,7 +86,7 @@ TEST_P(CudaIndependence, GivesSamePairsInTwentyRuns)
     const PairStream expected = follow(*makeGridBackend(), frames);
     EXPECT_GT(expected.added, 500000u);
     for (int run = 0; run < kRuns; ++run)
-        ASSERT_EQ(follow(*makeCudaPsapBackend(GetParam().options), frames), expected) << run;
+        ASSERT_EQ(follow(*makeCudaBackend(GetParam().options), frames), expected) << run;
 }
 
 TEST_P(CudaIndependence, GivesSamePairsFromTwentyFinders)
@@ -104,7 +104,7 @@ TEST_P(CudaIndependence, GivesSamePairsFromTwentyFinders)
     EXPECT_GT(expected[0].count, 4 * kCount);
     for (int run = 0; run < kRuns; ++run)
     {
-        const auto finder = makeDevicePairFinder(GetParam().options, nullptr, nullptr);
+        const auto finder = makeFinder(GetParam().options);
         ASSERT_NE(finder, nullptr);
         for (int frame = 0; frame < 6; ++frame)
         {

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// Scenes too large for the oracle: the device against the CPU grid, against the literal variant, and against itself.
+// Scenes too large for the oracle: the device against the CPU grid, against the thesis's search, and against itself.
 
 #include "cullet/tests/cuda/support/box_frames.h"
 #include "cullet/tests/cuda/support/device_boxes.h"
@@ -70,7 +70,7 @@ TEST(CudaScenes, GiveSamePairStreamsAsGridUpToMillionBoxes)
             EXPECT_GT(expected.added, count / 2);
             EXPECT_GT(expected.removed, 0u);
             EXPECT_EQ(follow(*makeCudaPsapBackend(), frames), expected);
-            EXPECT_EQ(follow(*makeCudaPsapBackend(literal()), frames), expected);
+            EXPECT_EQ(follow(*makeCudaBackend(thesisSearch()), frames), expected);
         }
     }
 }
@@ -135,14 +135,14 @@ TEST(CudaScenes, GiveSamePairsAsGridWithHundredsOfThousandsOfPersistentPairs)
 
 TEST(CudaScenes, GiveSamePairsAsBruteForceForBoxesOnDevice)
 {
-    PsapOptions capacityOne;
+    SearchOptions capacityOne;
     capacityOne.initialCapacity = 1;
-    for (const PsapOptions& options : {PsapOptions{}, capacityOne, literal()})
+    for (const SearchOptions& options : {SearchOptions{}, capacityOne, thesisSearch()})
     {
         for (const SceneKind kind : kScenes)
         {
             SCOPED_TRACE(sceneName(kind));
-            const auto finder = makeDevicePairFinder(options, nullptr, nullptr);
+            const auto finder = makeFinder(options);
             ASSERT_NE(finder, nullptr);
             BoxScene scene(kind, 5000, 3);
             DeviceBuffer<Aabb> boxes;
@@ -176,7 +176,7 @@ TEST(CudaScenes, GiveSamePairsOfFewBoxesWithEveryVariant)
         {
             SCOPED_TRACE(std::string(sceneName(kind)) + ", " + variant.name);
             variant.options.initialCapacity = 1;
-            const auto finder = makeDevicePairFinder(variant.options, nullptr, nullptr);
+            const auto finder = makeFinder(variant.options);
             ASSERT_NE(finder, nullptr);
             for (const std::vector<Aabb>& frame : frames)
             {
@@ -199,9 +199,9 @@ TEST(CudaScenes, GiveSamePairsAsBruteForceForBoxesAtOnePointUnderHugeOnes)
     DeviceBuffer<Aabb> onDevice;
     onDevice.allocate(boxes.size());
     upload(onDevice, boxes);
-    for (const PsapOptions& options : {PsapOptions{}, literal()})
+    for (const SearchOptions& options : {SearchOptions{}, thesisSearch()})
     {
-        const auto finder = makeDevicePairFinder(options, nullptr, nullptr);
+        const auto finder = makeFinder(options);
         ASSERT_NE(finder, nullptr);
         const Pairs found = inOrder(findOnDevice(*finder, onDevice, boxes.size()));
         EXPECT_EQ(found.size(), expected.size());

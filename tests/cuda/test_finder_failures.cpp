@@ -51,7 +51,7 @@ Status search(DevicePairFinder& finder, const DeviceBuffer<Aabb>& boxes, DeviceP
     return status == Status::Ok ? finder.collect(found) : status;
 }
 
-std::uint64_t failEveryCallOfAFinder(PsapOptions options, FaultInjection fault)
+std::uint64_t failEveryCallOfAFinder(SearchOptions options, FaultInjection fault)
 {
     options.initialCapacity = 1;
     const Frames frames(framesWithPlan(options, kFrames));
@@ -60,7 +60,7 @@ std::uint64_t failEveryCallOfAFinder(PsapOptions options, FaultInjection fault)
     return failEachCall(fault,
                         [&](const FaultPlan& plan)
                         {
-                            const auto finder = makeDevicePairFinder(options, nullptr, nullptr);
+                            const auto finder = makeFinder(options);
                             ASSERT_NE(finder, nullptr);
                             plan.begin();
                             for (std::size_t frame = 0; frame < frames.boxes.size(); ++frame)

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "cullet/broad/backend.h"
+#include "cullet/tests/support/search_options.h"
 
 #include <functional>
 #include <memory>
@@ -31,14 +32,14 @@ inline std::vector<MatrixBackend> matrixBackends()
             return makeGridBackend(options);
         };
     };
-    const auto psap = [](const std::function<void(PsapOptions&)>& change)
+    const auto psap = [](const std::function<void(SearchOptions&)>& change)
     {
         return [change](int threads)
         {
-            PsapOptions options;
+            SearchOptions options;
             options.threads = threads;
             change(options);
-            return makeHostPsapBackend(options);
+            return makeHostBackend(options);
         };
     };
     std::vector<MatrixBackend> backends = {
@@ -53,11 +54,11 @@ inline std::vector<MatrixBackend> matrixBackends()
                                                                          o.flatLimit = 1u << 20;
                                                                          o.baselineSimd = true;
                                                                      })},
-        {"cells", grid([](GridOptions& o) { o.layout = GridLayout::Cells; })},
-        {"psap", psap([](PsapOptions&) {})},
-        {"psap, shuffled", psap([](PsapOptions& o) { o.executor = PsapExecutor::Shuffled; })},
-        {"psap on threads", psap([](PsapOptions& o) { o.executor = PsapExecutor::Threads; })},
-        {"psap as in the thesis", psap([](PsapOptions& o) { o.variant = PsapVariant::Literal; })},
+        {"cells", [](int) { return makeCellGridBackend(); }},
+        {"psap", psap([](SearchOptions&) {})},
+        {"psap, shuffled", psap([](SearchOptions& o) { o.executor = PsapExecutor::Shuffled; })},
+        {"psap on threads", psap([](SearchOptions& o) { o.executor = PsapExecutor::Threads; })},
+        {"psap as in the thesis", psap([](SearchOptions& o) { o.isThesis = true; })},
         {"sap", [](int) { return makeSapBackend(); }},
         {"legrand", [](int) { return makeLeGrandBackend(); }},
         {"brute", [](int) { return makeBruteForceBackend(); }},

@@ -4,6 +4,7 @@
 
 #include "cullet/broad/backend.h"
 #include "cullet/tests/fuzz/choices.h"
+#include "cullet/tests/support/search_options.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -36,49 +37,63 @@ private:
     std::uint32_t m_bits;
 };
 
-inline GridOptions chosenGrid(OptionBits bits, bool hasCells)
+template <class Options>
+void chooseCells(OptionBits& bits, Options& options)
+{
+    options.bucketCount = bits.of({0u, 1u, 7u, 64u});
+    options.cellScale = bits.of({0.0f, 1.0f, 20.0f, 0.5f});
+    options.rebuildFraction = bits.of({-1.0f, 0.0f, 0.3f, 1.0f});
+}
+
+inline CellsOptions chosenCells(OptionBits bits)
+{
+    CellsOptions options;
+    // The inputs of the corpus have the grid's choices here.
+    bits.of({0, 1, 2, 3});
+    bits.of({0, 1, 2, 3});
+    chooseCells(bits, options);
+    options.placement = bits.of({GridPlacement::AllCoarser, GridPlacement::OwnLevel, GridPlacement::OnePoint,
+                                 GridPlacement::OneGrid});
+    options.storage = bits.of({GridStorage::Chained, GridStorage::OpenAddressing, GridStorage::Array});
+    options.updatesByRemoveAndAdd = bits.flag();
+    options.countsPairs = bits.flag();
+    return options;
+}
+
+inline GridOptions chosenGrid(OptionBits bits)
 {
     GridOptions options;
     options.flatLimit = bits.of({GridOptions::kMeasured, 0u, 40u, 1u << 20});
     options.threads = bits.of({1, 1, 1, 2});
-    options.bucketCount = bits.of({0u, 1u, 7u, 64u});
-    options.cellScale = bits.of({0.0f, 1.0f, 20.0f, 0.5f});
-    options.rebuildFraction = bits.of({-1.0f, 0.0f, 0.3f, 1.0f});
-    if (hasCells)
-    {
-        options.layout = GridLayout::Cells;
-        options.flatLimit = 0;
-        options.placement = bits.of({GridPlacement::AllCoarser, GridPlacement::OwnLevel,
-                                     GridPlacement::OnePoint, GridPlacement::OneGrid});
-        options.storage = bits.of({GridStorage::Chained, GridStorage::OpenAddressing, GridStorage::Array});
-        options.updatesByRemoveAndAdd = bits.flag();
-        options.countsPairs = bits.flag();
-        return options;
-    }
+    chooseCells(bits, options);
     options.levels = bits.of({0u, 1u, 3u, 8u});
     options.settles = bits.of({true, false});
     options.baselineSimd = bits.flag();
     return options;
 }
 
-inline PsapOptions chosenPsap(OptionBits bits, bool isLiteral)
+inline SearchOptions chosenSearch(OptionBits bits, bool isThesis)
 {
-    PsapOptions options;
+    SearchOptions options;
+    options.isThesis = isThesis;
     options.executor = bits.of(
         {PsapExecutor::InOrder, PsapExecutor::Shuffled, PsapExecutor::InOrder, PsapExecutor::Threads});
     options.threads = 2;
-    options.axis = bits.of(
-        {PsapAxis::Variance, PsapAxis::X, PsapAxis::Y, PsapAxis::Z, PsapAxis::Random, PsapAxis::Principal});
+    constexpr int kPrincipal = -1;
+    const int axis = bits.of({static_cast<int>(PsapAxis::Variance), static_cast<int>(PsapAxis::X),
+                              static_cast<int>(PsapAxis::Y), static_cast<int>(PsapAxis::Z),
+                              static_cast<int>(PsapAxis::Random), kPrincipal});
+    options.isAxisPrincipal = axis == kPrincipal;
+    options.axis = axis == kPrincipal ? PsapAxis::Variance : static_cast<PsapAxis>(axis);
     options.initialCapacity = bits.of({1024u, 1u});
     options.nearPairs = bits.of({PsapNearPairs::Automatic, PsapNearPairs::Never, PsapNearPairs::Always});
-    if (isLiteral)
+    if (isThesis)
     {
-        options.variant = bits.of({PsapVariant::Literal, PsapVariant::Shifted});
-        options.cells = bits.of({PsapCells::Automatic, PsapCells::Thesis, PsapCells::FixedCount});
+        options.isShifted = bits.flag();
+        options.cells = bits.of({ThesisCells::Automatic, ThesisCells::Thesis, ThesisCells::FixedCount});
         options.cellCount = bits.of({1u, 20u, 5000u, 3u});
-        const bool isShifted = options.variant == PsapVariant::Shifted;
-        options.bitStrings = bits.flag() && !isShifted;
-        options.splitWork = bits.flag() && !isShifted;
+        options.bitStrings = bits.flag() && !options.isShifted;
+        options.splitWork = bits.flag() && !options.isShifted;
         return options;
     }
     options.order = bits.of(
@@ -102,12 +117,12 @@ inline std::unique_ptr<Backend> chosenBackend(Choices& choices)
     {
         case 2:
         case 3:
-            return makeGridBackend(chosenGrid(bits, true));
+            return makeCellGridBackend(chosenCells(bits));
         case 4:
         case 5:
-            return makeHostPsapBackend(chosenPsap(bits, false));
+            return makeHostBackend(chosenSearch(bits, false));
         case 6:
-            return makeHostPsapBackend(chosenPsap(bits, true));
+            return makeHostBackend(chosenSearch(bits, true));
         case 7:
             return makeSapBackend();
         case 8:
@@ -115,7 +130,7 @@ inline std::unique_ptr<Backend> chosenBackend(Choices& choices)
         case 9:
             return makeBruteForceBackend();
         default:
-            return makeGridBackend(chosenGrid(bits, false));
+            return makeGridBackend(chosenGrid(bits));
     }
 }
 }  // namespace cullet::test

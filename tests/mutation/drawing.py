@@ -11,9 +11,9 @@ from pathlib import Path
 from cpp_mutants import mutants_of
 from cpp_tokens import SourceError
 
-FOLDERS = ("base", "broad", "narrow", "mid", "plugin", "cuda")
+FOLDERS = ("base", "broad", "comparison", "narrow", "mid", "plugin", "cuda")
 # No test runs the sources of cuda/ without a GPU.
-DEFAULT_FOLDERS = ("broad", "narrow", "mid", "plugin")
+DEFAULT_FOLDERS = ("broad", "comparison", "narrow", "mid", "plugin")
 SUFFIXES = (".h", ".inl", ".cpp")
 # Only ThreadSanitizer sees these; --kinds has them too.
 DEFAULT_KINDS = (

@@ -255,7 +255,14 @@ CULLET_HOST_DEVICE inline float along(const float (&vector)[3], std::uint32_t ax
     return axis == 0 ? vector[0] : axis == 1 ? vector[1] : vector[2];
 }
 
-/// @param choice the axis, or Variance; Random was resolved by the caller
+/// PsapOptions::axis, with the axis that the seed chooses for PsapAxis::Random.
+inline PsapAxis sweepAxis(const PsapOptions& options)
+{
+    constexpr PsapAxis kAxes[3] = {PsapAxis::X, PsapAxis::Y, PsapAxis::Z};
+    return options.axis == PsapAxis::Random ? kAxes[(options.seed * 2654435761u >> 16) % 3] : options.axis;
+}
+
+/// @param choice of sweepAxis()
 CULLET_HOST_DEVICE inline Axes chooseAxes(const Moments& moments, PsapAxis choice)
 {
     std::uint32_t s = 0;

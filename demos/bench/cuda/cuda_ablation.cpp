@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <cstdio>
+#include <string>
 #include <vector>
 
 namespace cullet
@@ -21,10 +22,11 @@ constexpr int kSlowFrames = 3;
 // Larger worlds run only variants that take some milliseconds.
 constexpr std::uint32_t kMaxBodiesForAll = 1u << 20;
 
+template <class Options>
 struct Variant
 {
     const char* name;
-    PsapOptions options;
+    Options options;
     bool isForAnySize = false;
     bool isSlow = false;
 };
@@ -37,38 +39,45 @@ PsapOptions ordered(PsapOrder order, PsapRowSearch search = PsapRowSearch::Autom
     return options;
 }
 
-PsapOptions thesis(PsapVariant variant, PsapCells cells = PsapCells::Automatic)
+ThesisOptions thesis(ThesisCells cells = ThesisCells::Automatic, bool isShifted = false)
 {
-    PsapOptions options;
-    options.variant = variant;
+    ThesisOptions options;
+    options.isShifted = isShifted;
     options.cells = cells;
     options.cellCount = kFixedCells;
     return options;
 }
 
-PsapOptions along(PsapAxis axis, std::uint32_t seed = 1)
+ThesisOptions along(PsapAxis axis, std::uint32_t seed = 1)
 {
-    PsapOptions options = thesis(PsapVariant::Literal);
+    ThesisOptions options = thesis();
     options.axis = axis;
     options.seed = seed;
     return options;
 }
 
-PsapOptions withBits()
+ThesisOptions alongPrincipal()
 {
-    PsapOptions options = thesis(PsapVariant::Literal);
+    ThesisOptions options = thesis();
+    options.isAxisPrincipal = true;
+    return options;
+}
+
+ThesisOptions withBits()
+{
+    ThesisOptions options = thesis();
     options.bitStrings = true;
     return options;
 }
 
-PsapOptions withSplit()
+ThesisOptions withSplit()
 {
-    PsapOptions options = thesis(PsapVariant::Literal);
+    ThesisOptions options = thesis();
     options.splitWork = true;
     return options;
 }
 
-std::vector<Variant> fastVariants()
+std::vector<Variant<PsapOptions>> fastVariants()
 {
     return {
         {"rows-radix", ordered(PsapOrder::Radix), true},
@@ -79,41 +88,45 @@ std::vector<Variant> fastVariants()
     };
 }
 
-std::vector<Variant> thesisVariants()
+std::vector<Variant<ThesisOptions>> thesisVariants()
 {
-    constexpr PsapVariant kLiteral = PsapVariant::Literal, kShifted = PsapVariant::Shifted;
     return {
-        {"literal", thesis(kLiteral), true},
+        {"literal", thesis(), true},
         {"literal-bits", withBits(), true},
         {"literal-split", withSplit(), true},
-        {"literal-principal", along(PsapAxis::Principal)},
+        {"literal-principal", alongPrincipal()},
         {"literal-x", along(PsapAxis::X)},
         // Seeds 1 and 2 choose x and z.
         {"literal-random-2", along(PsapAxis::Random, 2)},
-        {"literal-1024-cells", thesis(kLiteral, PsapCells::FixedCount)},
-        {"shifted-1024-cells", thesis(kShifted, PsapCells::FixedCount)},
+        {"literal-1024-cells", thesis(ThesisCells::FixedCount)},
+        {"shifted-1024-cells", thesis(ThesisCells::FixedCount, true)},
         // A long sweep, over many boxes in each cell.
-        {"literal-thesis-cells", thesis(kLiteral, PsapCells::Thesis), false, true},
-        {"shifted-thesis-cells", thesis(kShifted, PsapCells::Thesis), false, true},
+        {"literal-thesis-cells", thesis(ThesisCells::Thesis), false, true},
+        {"shifted-thesis-cells", thesis(ThesisCells::Thesis, true), false, true},
     };
 }
 
-void timeVariants(const FreshSets& sets, const std::vector<Variant>& variants, int frames, CudaTable& table)
+template <class Options>
+using TimePairs = CudaRow (*)(const FreshSets&, const std::string&, const Options&, int);
+
+template <class Options>
+void timeVariants(TimePairs<Options> time, const FreshSets& sets,
+                  const std::vector<Variant<Options>>& variants, int frames, CudaTable& table)
 {
-    for (const Variant& variant : variants)
+    for (const Variant<Options>& variant : variants)
     {
         const bool isFor = variant.isForAnySize || sets.scene().bodies <= kMaxBodiesForAll;
         if (isFor && !isInterrupted())
-            table.add(timePairs(sets, variant.name, variant.options,
-                                variant.isSlow ? std::min(frames, kSlowFrames) : frames));
+            table.add(time(sets, variant.name, variant.options,
+                           variant.isSlow ? std::min(frames, kSlowFrames) : frames));
     }
 }
 }  // namespace
 
 void timeAblation(const FreshSets& sets, int frames, CudaTable& table)
 {
-    timeVariants(sets, fastVariants(), frames, table);
-    timeVariants(sets, thesisVariants(),
+    timeVariants(timePairs, sets, fastVariants(), frames, table);
+    timeVariants(timeThesisPairs, sets, thesisVariants(),
                  sets.scene().bodies <= kMaxBodiesForAll ? frames : std::min(frames, kSlowFrames), table);
 }
 

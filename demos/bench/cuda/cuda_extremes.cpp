@@ -45,9 +45,10 @@ void timeAxis(const FreshSets& sets, PsapAxis axis, const CudaBenchOptions& opti
     table.add(timePairs(sets, std::string("rows") + suffixOf(axis), rows, options.framesFor(kMillion)));
     if (options.rowsOnly)
         return;
-    PsapOptions literal = rows;
-    literal.variant = PsapVariant::Literal;
-    table.add(timePairs(sets, std::string("literal") + suffixOf(axis), literal, options.quick ? 3 : 20));
+    ThesisOptions literal;
+    literal.axis = axis;
+    table.add(
+        timeThesisPairs(sets, std::string("literal") + suffixOf(axis), literal, options.quick ? 3 : 20));
 }
 
 void timeExtreme(const Extreme& extreme, const CudaBenchOptions& options, CudaTable& table)

@@ -2,21 +2,30 @@
 // SPDX-License-Identifier: Zlib
 #include "cullet/demos/bench/cuda/cuda_pairs.h"
 
+#include "cullet/comparison/device_finders.h"
 #include "cullet/cuda/device_pairs.h"
 #include "cullet/demos/bench/cuda/support/cuda_frame_clock.h"
 #include "cullet/demos/bench/cuda/support/cuda_timing.h"
 
 #include <cstdint>
+#include <memory>
 #include <stdexcept>
+#include <string>
 #include <vector>
 
 namespace cullet
 {
-CudaRow timePairs(const FreshSets& sets, const std::string& variant, const PsapOptions& options, int frames)
+namespace
+{
+using MadeFinder = std::unique_ptr<DevicePairFinder>;
+
+template <class Options>
+CudaRow timeFinder(MadeFinder (*make)(const Options&, CUstream_st*, std::string*), const FreshSets& sets,
+                   const std::string& variant, const Options& options, int frames)
 {
     const Stream stream;
     std::string why;
-    const auto finder = makeDevicePairFinder(options, stream.get(), &why);
+    const auto finder = make(options, stream.get(), &why);
     if (!finder)
         throw std::runtime_error(why);
     FrameClock<DevicePairFinder, DevicePairs> clock(*finder, stream.get());
@@ -48,5 +57,17 @@ CudaRow timePairs(const FreshSets& sets, const std::string& variant, const PsapO
     row.bytes = finder->bytes();
     row.moved = leastForPairs(bodies, row.pairs);
     return row;
+}
+}  // namespace
+
+CudaRow timePairs(const FreshSets& sets, const std::string& variant, const PsapOptions& options, int frames)
+{
+    return timeFinder(makeDevicePairFinder, sets, variant, options, frames);
+}
+
+CudaRow timeThesisPairs(const FreshSets& sets, const std::string& variant, const ThesisOptions& options,
+                        int frames)
+{
+    return timeFinder(makeThesisPairFinder, sets, variant, options, frames);
 }
 }  // namespace cullet

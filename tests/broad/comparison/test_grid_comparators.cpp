@@ -4,9 +4,10 @@
 // The variants of the cells of Lesson 04 that serve for comparison: what they store and visit. The conformance suite
 // checks their pairs.
 
-#include "cullet/broad/comparison/cell_grid.h"
-#include "cullet/broad/comparison/cell_hash.h"
-#include "cullet/broad/comparison/pair_counts.h"
+#include "cullet/comparison/backends.h"
+#include "cullet/comparison/cell_grid.h"
+#include "cullet/comparison/cell_hash.h"
+#include "cullet/comparison/pair_counts.h"
 #include "cullet/tests/support/backend_session.h"
 #include "cullet/tests/support/boxes.h"
 #include "cullet/tests/support/random.h"
@@ -175,10 +176,10 @@ struct CloudCost
     std::uint64_t pairs = 0;
 };
 
-CloudCost runCoherentCloud(const GridOptions& options)
+CloudCost runCoherentCloud(const CellsOptions& options)
 {
     Random random(5);
-    BackendSession session{makeGridBackend(options)};
+    BackendSession session{makeCellGridBackend(options)};
     std::vector<Aabb> boxes;
     for (int i = 0; i < 500; ++i)
     {
@@ -207,8 +208,7 @@ CloudCost runCoherentCloud(const GridOptions& options)
 
 TEST(CellGridBackend, TouchesSixTimesFewerCellsWhenCountingPairsOverCoarserLevels)
 {
-    GridOptions options;
-    options.layout = GridLayout::Cells;
+    CellsOptions options;
     options.rebuildFraction = 1;
     options.placement = GridPlacement::OwnLevel;
     const CloudCost first = runCoherentCloud(options);
@@ -224,12 +224,11 @@ TEST(CellGridBackend, TouchesOnlyTheCellsThatChange)
 {
     for (const GridPlacement placement : {GridPlacement::AllCoarser, GridPlacement::OneGrid})
     {
-        GridOptions options;
-        options.layout = GridLayout::Cells;
+        CellsOptions options;
         options.placement = placement;
         options.cellScale = 1;
         options.rebuildFraction = 1;
-        BackendSession session{makeGridBackend(options)};
+        BackendSession session{makeCellGridBackend(options)};
         // Size 1, and a mean of 1: cells of size 1; each box lies in 2 x 1 x 1 cells.
         for (int i = 0; i < 100; ++i)
             session.add({{3.0f * static_cast<float>(i) + 0.5f, 0.25f, 0.25f},
@@ -254,10 +253,9 @@ TEST(CellGridBackend, TouchesOnlyTheCellsThatChange)
 
 TEST(CellGridBackend, FitsOneGridToMeanBoxAndTreatsGiantsAsUnbounded)
 {
-    GridOptions options;
-    options.layout = GridLayout::Cells;
+    CellsOptions options;
     options.placement = GridPlacement::OneGrid;
-    BackendSession session{makeGridBackend(options)};
+    BackendSession session{makeCellGridBackend(options)};
     for (int i = 0; i < 1000; ++i)
         session.add(boxAt(static_cast<float>(i), 0, 0, 0.25f));
     session.add(boxAt(500, 0, 0, 1));  // four times as large as the others: in the same grid

@@ -4,8 +4,8 @@
 // The worked scenes of Lesson 04, Broad Phase, with coordinates that give the slides' cells and orders. The slides are
 // two-dimensional; here every box is one unit deep.
 
-#include "cullet/broad/comparison/cell_grid.h"
-#include "cullet/broad/comparison/uniform_grid.h"
+#include "cullet/comparison/cell_grid.h"
+#include "cullet/comparison/uniform_grid.h"
 #include "cullet/tests/broad/conformance/backend_cases.h"
 #include "cullet/tests/support/backend_session.h"
 #include "cullet/tests/support/boxes.h"

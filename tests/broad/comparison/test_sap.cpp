@@ -3,8 +3,9 @@
 
 // Incremental sweep and prune: the swap cases and sweeps of Lesson 04, and the counters.
 
-#include "cullet/broad/comparison/sap_backend.h"
-#include "cullet/broad/comparison/sap_endpoints.h"
+#include "cullet/comparison/backends.h"
+#include "cullet/comparison/sap_backend.h"
+#include "cullet/comparison/sap_endpoints.h"
 #include "cullet/tests/support/backend_session.h"
 #include "cullet/tests/support/boxes.h"
 #include "cullet/tests/support/random.h"

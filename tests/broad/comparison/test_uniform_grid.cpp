@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "cullet/broad/comparison/uniform_grid.h"
 #include "cullet/broad/pair.h"
+#include "cullet/comparison/uniform_grid.h"
 #include "cullet/tests/support/boxes.h"
 #include "cullet/tests/support/random.h"
 

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #include "cullet/tests/broad/conformance/backend_cases.h"
 
+#include "cullet/comparison/backends.h"
+
 namespace cullet::test
 {
 namespace
@@ -22,10 +24,10 @@ BackendCase flat(const char* name, std::uint32_t limit, bool baselineSimd = fals
     return {name, [options] { return makeGridBackend(options); }};
 }
 
-BackendCase cells(const char* name, GridOptions options = {})
+/// The lecture's grid.
+BackendCase cells(const char* name, const CellsOptions& options = {})
 {
-    options.layout = GridLayout::Cells;
-    return grid(name, options);
+    return {name, [options] { return makeCellGridBackend(options); }};
 }
 
 GridOptions withThreads(int count)
@@ -42,23 +44,26 @@ GridOptions withBaselineSimd()
     return options;
 }
 
-GridOptions withBuckets(std::uint32_t count)
+template <class Options = GridOptions>
+Options withBuckets(std::uint32_t count)
 {
-    GridOptions options;
+    Options options;
     options.bucketCount = count;
     return options;
 }
 
-GridOptions withCellScale(float scale)
+template <class Options = GridOptions>
+Options withCellScale(float scale)
 {
-    GridOptions options;
+    Options options;
     options.cellScale = scale;
     return options;
 }
 
-GridOptions withRebuildFraction(float fraction)
+template <class Options = GridOptions>
+Options withRebuildFraction(float fraction)
 {
-    GridOptions options;
+    Options options;
     options.rebuildFraction = fraction;
     return options;
 }
@@ -77,38 +82,38 @@ GridOptions withoutSettling()
     return options;
 }
 
-GridOptions withPlacement(GridPlacement placement)
+CellsOptions withPlacement(GridPlacement placement)
 {
-    GridOptions options;
+    CellsOptions options;
     options.placement = placement;
     return options;
 }
 
-GridOptions withOneGrid(float rebuildFraction, float cellScale = 0)
+CellsOptions withOneGrid(float rebuildFraction, float cellScale = 0)
 {
-    GridOptions options = withPlacement(GridPlacement::OneGrid);
+    CellsOptions options = withPlacement(GridPlacement::OneGrid);
     options.rebuildFraction = rebuildFraction;
     options.cellScale = cellScale;
     return options;
 }
 
-GridOptions withStorage(GridStorage storage, std::uint32_t bucketCount = 0)
+CellsOptions withStorage(GridStorage storage, std::uint32_t bucketCount = 0)
 {
-    GridOptions options = withBuckets(bucketCount);
+    CellsOptions options = withBuckets<CellsOptions>(bucketCount);
     options.storage = storage;
     return options;
 }
 
-GridOptions withCountedPairs(float rebuildFraction)
+CellsOptions withCountedPairs(float rebuildFraction)
 {
-    GridOptions options = withRebuildFraction(rebuildFraction);
+    CellsOptions options = withRebuildFraction<CellsOptions>(rebuildFraction);
     options.countsPairs = true;
     return options;
 }
 
-GridOptions withSimpleUpdate()
+CellsOptions withSimpleUpdate()
 {
-    GridOptions options = withRebuildFraction(1);
+    CellsOptions options = withRebuildFraction<CellsOptions>(1);
     options.updatesByRemoveAndAdd = true;
     return options;
 }
@@ -138,12 +143,12 @@ const std::vector<BackendCase>& backendCases()
         flat("FlatBaselineSimd", 1u << 20, true),
         flat("FlatUntilForty", 40),
         cells("Cells"),
-        cells("CellsOneBucket", withBuckets(1)),
-        cells("CellsSevenBuckets", withBuckets(7)),
-        cells("CellsHalfWidth", withCellScale(0.5f)),
-        cells("CellsTwentyWide", withCellScale(20)),
-        cells("CellsAlwaysRebuild", withRebuildFraction(0)),
-        cells("CellsNeverRebuild", withRebuildFraction(1)),
+        cells("CellsOneBucket", withBuckets<CellsOptions>(1)),
+        cells("CellsSevenBuckets", withBuckets<CellsOptions>(7)),
+        cells("CellsHalfWidth", withCellScale<CellsOptions>(0.5f)),
+        cells("CellsTwentyWide", withCellScale<CellsOptions>(20)),
+        cells("CellsAlwaysRebuild", withRebuildFraction<CellsOptions>(0)),
+        cells("CellsNeverRebuild", withRebuildFraction<CellsOptions>(1)),
         cells("CellsSimpleUpdate", withSimpleUpdate()),
         cells("CellsOpenAddressing", withStorage(GridStorage::OpenAddressing)),
         cells("CellsArray", withStorage(GridStorage::Array)),

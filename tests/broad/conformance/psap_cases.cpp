@@ -11,12 +11,12 @@ void append(std::vector<BackendCase>& cases, const std::string& prefix, PsapExec
 {
     for (BackendCase& entry : psapCases(
              prefix,
-             [=](PsapOptions options)
+             [=](SearchOptions options)
              {
                  options.executor = executor;
                  options.seed = seed;
                  options.threads = 3;
-                 return makeHostPsapBackend(options);
+                 return makeHostBackend(options);
              },
              withComparators))
         cases.push_back(std::move(entry));

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "cullet/tests/broad/conformance/backend_cases.h"
+#include "cullet/tests/support/search_options.h"
 
 #include <cstdint>
 #include <functional>
@@ -15,24 +16,24 @@ namespace cullet::test
 /// The variants and options of the sweep-and-prune backends, named by `prefix` and the option.
 /// @param withComparators also the options that serve for comparison
 inline std::vector<BackendCase> psapCases(
-    const std::string& prefix, const std::function<std::unique_ptr<Backend>(const PsapOptions&)>& make,
+    const std::string& prefix, const std::function<std::unique_ptr<Backend>(const SearchOptions&)>& make,
     bool withComparators = true)
 {
     std::vector<BackendCase> cases;
-    const auto add = [&](const char* name, const std::function<void(PsapOptions&)>& change)
+    const auto add = [&](const char* name, const std::function<void(SearchOptions&)>& change)
     {
-        PsapOptions options;
+        SearchOptions options;
         change(options);
         cases.push_back({prefix + name, [make, options] { return make(options); }});
     };
-    add("Rows", [](PsapOptions&) {});
-    add("RowsCapacityOne", [](PsapOptions& options) { options.initialCapacity = 1; });
+    add("Rows", [](SearchOptions&) {});
+    add("RowsCapacityOne", [](SearchOptions& options) { options.initialCapacity = 1; });
     const auto addOrdered = [&](const char* name, PsapOrder order,
-                                std::uint32_t capacity = PsapOptions{}.initialCapacity,
+                                std::uint32_t capacity = SearchOptions{}.initialCapacity,
                                 PsapRowSearch search = PsapRowSearch::Automatic)
     {
         add(name,
-            [&](PsapOptions& options)
+            [&](SearchOptions& options)
             {
                 options.order = order;
                 options.initialCapacity = capacity;
@@ -41,17 +42,17 @@ inline std::vector<BackendCase> psapCases(
     };
     addOrdered("RowsRadix", PsapOrder::Radix);
     addOrdered("RowsCounting", PsapOrder::Counting);
-    addOrdered("RowsGrouped", PsapOrder::Counting, PsapOptions{}.initialCapacity, PsapRowSearch::Grouped);
+    addOrdered("RowsGrouped", PsapOrder::Counting, SearchOptions{}.initialCapacity, PsapRowSearch::Grouped);
     addOrdered("RowsGroupedRadixCapacityOne", PsapOrder::Radix, 1, PsapRowSearch::Grouped);
     addOrdered("RowsBins", PsapOrder::Bins);
     addOrdered("RowsBinsCapacityOne", PsapOrder::Bins, 1);
     addOrdered("RowsTiles", PsapOrder::Tiles);
     addOrdered("RowsTilesCapacityOne", PsapOrder::Tiles, 1);
     const auto addPlannedOften =
-        [&](const char* name, PsapOrder order, std::uint32_t capacity = PsapOptions{}.initialCapacity)
+        [&](const char* name, PsapOrder order, std::uint32_t capacity = SearchOptions{}.initialCapacity)
     {
         add(name,
-            [&](PsapOptions& options)
+            [&](SearchOptions& options)
             {
                 options.order = order;
                 options.updatesPerPlan = 1;
@@ -62,112 +63,112 @@ inline std::vector<BackendCase> psapCases(
     addPlannedOften("RowsCountingPlannedOftenCapacityOne", PsapOrder::Counting, 1);
     addPlannedOften("RowsBinsPlannedOften", PsapOrder::Bins);
     addPlannedOften("RowsTilesPlannedOften", PsapOrder::Tiles);
-    const auto addNear = [&](const char* name, const std::function<void(PsapOptions&)>& change)
+    const auto addNear = [&](const char* name, const std::function<void(SearchOptions&)>& change)
     {
         add(name,
-            [&](PsapOptions& options)
+            [&](SearchOptions& options)
             {
                 options.nearPairs = PsapNearPairs::Always;
                 change(options);
             });
     };
-    addNear("RowsNear", [](PsapOptions&) {});
-    addNear("RowsNearCapacityOne", [](PsapOptions& options) { options.initialCapacity = 1; });
+    addNear("RowsNear", [](SearchOptions&) {});
+    addNear("RowsNearCapacityOne", [](SearchOptions& options) { options.initialCapacity = 1; });
     addNear("RowsNearTilesPlannedOften",
-            [](PsapOptions& options)
+            [](SearchOptions& options)
             {
                 options.order = PsapOrder::Tiles;
                 options.updatesPerPlan = 1;
             });
-    addNear("LiteralNear", [](PsapOptions& options) { options.variant = PsapVariant::Literal; });
-    add("RowsAxisX", [](PsapOptions& options) { options.axis = PsapAxis::X; });
-    add("RowsAxisY", [](PsapOptions& options) { options.axis = PsapAxis::Y; });
-    add("RowsAxisZ", [](PsapOptions& options) { options.axis = PsapAxis::Z; });
+    addNear("LiteralNear", [](SearchOptions& options) { options.isThesis = true; });
+    add("RowsAxisX", [](SearchOptions& options) { options.axis = PsapAxis::X; });
+    add("RowsAxisY", [](SearchOptions& options) { options.axis = PsapAxis::Y; });
+    add("RowsAxisZ", [](SearchOptions& options) { options.axis = PsapAxis::Z; });
     add("RowsAxisRandom",
-        [](PsapOptions& options)
+        [](SearchOptions& options)
         {
             options.axis = PsapAxis::Random;
             options.seed = 7;
         });
     add("RowsSmallCells",
-        [](PsapOptions& options)
+        [](SearchOptions& options)
         {
             options.cellScale = 0.3f;
             options.binScale = 0.1f;
         });
     add("RowsLargeCells",
-        [](PsapOptions& options)
+        [](SearchOptions& options)
         {
             options.cellScale = 20;
             options.binScale = 20;
         });
     add("RowsSmallCellsLongBins",
-        [](PsapOptions& options)
+        [](SearchOptions& options)
         {
             options.cellScale = 0.05f;
             options.binScale = 20;
         });
-    add("Literal", [](PsapOptions& options) { options.variant = PsapVariant::Literal; });
+    add("Literal", [](SearchOptions& options) { options.isThesis = true; });
     add("LiteralCapacityOne",
-        [](PsapOptions& options)
+        [](SearchOptions& options)
         {
-            options.variant = PsapVariant::Literal;
+            options.isThesis = true;
             options.initialCapacity = 1;
         });
     add("LiteralThesisCells",
-        [](PsapOptions& options)
+        [](SearchOptions& options)
         {
-            options.variant = PsapVariant::Literal;
-            options.cells = PsapCells::Thesis;
+            options.isThesis = true;
+            options.cells = ThesisCells::Thesis;
             options.axis = PsapAxis::Y;
         });
     add("LiteralManyCells",
-        [](PsapOptions& options)
+        [](SearchOptions& options)
         {
-            options.variant = PsapVariant::Literal;
-            options.cells = PsapCells::FixedCount;
+            options.isThesis = true;
+            options.cells = ThesisCells::FixedCount;
             options.cellCount = 5000;
             options.axis = PsapAxis::Z;
         });
     if (!withComparators)
         return cases;
-    const auto addLiteral = [&](const char* name, const std::function<void(PsapOptions&)>& change)
+    const auto addLiteral = [&](const char* name, const std::function<void(SearchOptions&)>& change)
     {
         add(name,
-            [&](PsapOptions& options)
+            [&](SearchOptions& options)
             {
-                options.variant = PsapVariant::Literal;
+                options.isThesis = true;
                 change(options);
             });
     };
-    addLiteral("LiteralAxisX", [](PsapOptions& options) { options.axis = PsapAxis::X; });
+    addLiteral("LiteralAxisX", [](SearchOptions& options) { options.axis = PsapAxis::X; });
     addLiteral("LiteralAxisRandom",
-               [](PsapOptions& options)
+               [](SearchOptions& options)
                {
                    options.axis = PsapAxis::Random;
                    options.seed = 9;
                });
-    addLiteral("LiteralPrincipal", [](PsapOptions& options) { options.axis = PsapAxis::Principal; });
-    addLiteral("LiteralBitStrings", [](PsapOptions& options) { options.bitStrings = true; });
+    addLiteral("LiteralPrincipal", [](SearchOptions& options) { options.isAxisPrincipal = true; });
+    addLiteral("LiteralBitStrings", [](SearchOptions& options) { options.bitStrings = true; });
     addLiteral("LiteralSplitWork",
-               [](PsapOptions& options)
+               [](SearchOptions& options)
                {
                    options.splitWork = true;
-                   options.cells = PsapCells::Thesis;
+                   options.cells = ThesisCells::Thesis;
                });
     addLiteral("LiteralEverything",
-               [](PsapOptions& options)
+               [](SearchOptions& options)
                {
-                   options.axis = PsapAxis::Principal;
+                   options.isAxisPrincipal = true;
                    options.bitStrings = options.splitWork = true;
-                   options.cells = PsapCells::FixedCount;
+                   options.cells = ThesisCells::FixedCount;
                    options.cellCount = 20;
                });
     addLiteral("Shifted",
-               [](PsapOptions& options)
+               [](SearchOptions& options)
                {
-                   options.variant = PsapVariant::Shifted;
-                   options.cells = PsapCells::FixedCount;
+                   options.isThesis = options.isShifted = true;
+                   options.cells = ThesisCells::FixedCount;
                    options.cellCount = 1000;
                });
     return cases;

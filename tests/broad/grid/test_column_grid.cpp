@@ -3,7 +3,7 @@
 
 // Columns: the kernels of every instruction set on the same columns, and which columns an update reads.
 
-#include "cullet/broad/comparison/brute_force_backend.h"
+#include "cullet/broad/brute/brute_force_backend.h"
 #include "cullet/broad/grid/column_grid_backend.h"
 #include "cullet/broad/grid/columns/cell_bounds.h"
 #include "cullet/broad/grid/columns/column_builder.h"

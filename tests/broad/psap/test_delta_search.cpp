@@ -51,14 +51,6 @@ private:
     int m_frames[3] = {};
 };
 
-PsapOptions literal()
-{
-    PsapOptions options;
-    options.variant = PsapVariant::Literal;
-    options.nearPairs = PsapNearPairs::Always;
-    return options;
-}
-
 /// Options that use neighbour lists for few boxes, too.
 PsapOptions ordered(PsapOrder order, std::uint32_t capacity = PsapOptions{}.initialCapacity)
 {
@@ -82,11 +74,10 @@ TEST(PsapDeltas, EqualBruteForceWithEveryExecutorAndOrder)
     for (const PsapExecutor executor : {PsapExecutor::InOrder, PsapExecutor::Shuffled, PsapExecutor::Threads})
     {
         for (PsapOptions options :
-             {literal(), ordered(PsapOrder::Automatic), ordered(PsapOrder::Counting),
-              ordered(PsapOrder::Radix), ordered(PsapOrder::Bins), ordered(PsapOrder::Tiles)})
+             {ordered(PsapOrder::Automatic), ordered(PsapOrder::Counting), ordered(PsapOrder::Radix),
+              ordered(PsapOrder::Bins), ordered(PsapOrder::Tiles)})
         {
             SCOPED_TRACE(std::to_string(static_cast<int>(executor)) + " " +
-                         std::to_string(static_cast<int>(options.variant)) + " " +
                          std::to_string(static_cast<int>(options.order)));
             options.executor = executor;
             options.threads = 3;

@@ -5,6 +5,7 @@
 
 #include "cullet/broad/psap/exec/host_exec.h"
 #include "cullet/broad/psap/search.h"
+#include "cullet/comparison/thesis/cell_search.h"
 #include "cullet/tests/support/backend_session.h"
 #include "cullet/tests/support/boxes.h"
 #include "cullet/tests/support/pair_lists.h"
@@ -62,10 +63,10 @@ struct Work
 };
 
 /// Every overlapping pair of a scene by the search with cells.
-Work searchOnce(const std::vector<Aabb>& boxes, const PsapOptions& options)
+Work searchOnce(const std::vector<Aabb>& boxes, const ThesisOptions& options)
 {
     CountingExec exec(options);
-    psap::CellSearch<CountingExec> search(options, options.axis);
+    psap::CellSearch<CountingExec> search(options);
     search.build(exec, {boxes.data(), boxes.size()});
     std::vector<RowPair> found(1u << 20);
     std::uint64_t count = 0;
@@ -74,10 +75,9 @@ Work searchOnce(const std::vector<Aabb>& boxes, const PsapOptions& options)
     return {count, exec.allTests, exec.mostTests, search.falsePairCount()};
 }
 
-PsapOptions literal(PsapCells cells = PsapCells::Automatic, std::uint32_t cellCount = 1)
+ThesisOptions withCells(ThesisCells cells, std::uint32_t cellCount)
 {
-    PsapOptions options;
-    options.variant = PsapVariant::Literal;
+    ThesisOptions options;
     options.cells = cells;
     options.cellCount = cellCount;
     return options;
@@ -269,9 +269,9 @@ TEST(PsapSearch, MakesFewerTestsWithPrincipalAxisOnlyInSlantedSlab)
     {
         const std::vector<Aabb> boxes =
             isSlanted ? slantedSlab(20000, random) : uniformCubes(20000, 60, random);
-        PsapOptions options = literal(PsapCells::FixedCount, 64);
+        ThesisOptions options = withCells(ThesisCells::FixedCount, 64);
         const Work variance = searchOnce(boxes, options);
-        options.axis = PsapAxis::Principal;
+        options.isAxisPrincipal = true;
         const Work principal = searchOnce(boxes, options);
         EXPECT_EQ(principal.pairs, variance.pairs);
         EXPECT_GT(principal.pairs, 1000u);
@@ -318,7 +318,7 @@ TEST(RadixSort, OrdersFloatsByKeyAndKeepsOrderOfEqualOnes)
 }
 
 /// The cells for `count` boxes in a room with sides `u` and `v` across the sweep axis.
-psap::CellPlan planFor(PsapCells rule, std::uint64_t count, float u, float v, std::uint32_t cellCount = 1)
+psap::CellPlan planFor(ThesisCells rule, std::uint64_t count, float u, float v, std::uint32_t cellCount = 1)
 {
     psap::Moments moments;
     moments.reset();
@@ -335,7 +335,7 @@ TEST(PsapSearch, PlansOneThesisCellPer64000BoxesRoundedUp)
 {
     const auto cells = [](std::uint64_t boxes, float u = 100)
     {
-        const psap::CellPlan plan = planFor(PsapCells::Thesis, boxes, u, 100);
+        const psap::CellPlan plan = planFor(ThesisCells::Thesis, boxes, u, 100);
         return std::uint64_t{plan.countU} * plan.countV;
     };
     EXPECT_EQ(cells(0), 1u);
@@ -355,7 +355,7 @@ TEST(PsapSearch, PlansAtLeastFixedNumberOfNearlySquareCells)
     for (const std::uint32_t wanted : {1u, 5u, 20u, 1000u, 5000u})
     {
         SCOPED_TRACE(wanted);
-        const psap::CellPlan plan = planFor(PsapCells::FixedCount, 100000, 100, 200, wanted);
+        const psap::CellPlan plan = planFor(ThesisCells::FixedCount, 100000, 100, 200, wanted);
         EXPECT_GE(plan.countU * plan.countV, wanted);
         EXPECT_LT(plan.countU * plan.countV, wanted + plan.countU);
         EXPECT_GE(plan.countV, plan.countU);
@@ -375,7 +375,7 @@ psap::CellPlan automaticPlanFor(std::uint64_t count, float u, float v)
     moments.count = count;
     const psap::SizeClasses sizes = {};
     psap::CellPlan plan = {};
-    psap::PlanCells{&moments, &sizes, PsapAxis::X, PsapCells::Automatic, 1, &plan}(0);
+    psap::PlanCells{&moments, &sizes, PsapAxis::X, ThesisCells::Automatic, 1, &plan}(0);
     return plan;
 }
 
@@ -407,7 +407,7 @@ TEST(PsapSearch, MakesNoTestsInCellsWithOneBox)
     for (int i = 0; i < 400; ++i)
         boxes.push_back(
             boxAt(0, 10.0f * static_cast<float>(i % 20) + 5, 10.0f * static_cast<float>(i / 20) + 5, 0.1f));
-    PsapOptions options = literal(PsapCells::FixedCount, 400);
+    ThesisOptions options = withCells(ThesisCells::FixedCount, 400);
     options.axis = PsapAxis::X;
     EXPECT_EQ(searchOnce(boxes, options).tests, 0u);
     options.cellCount = 1;
@@ -419,7 +419,7 @@ TEST(PsapSearch, MakesEightTimesFewerTestsWithBitStrings)
     SCOPED_TRACE("seed 4");
     Random random(4);
     const std::vector<Aabb> boxes = uniformCubes(20000, 60, random);
-    PsapOptions options = literal(PsapCells::FixedCount, 16);
+    ThesisOptions options = withCells(ThesisCells::FixedCount, 16);
     const Work without = searchOnce(boxes, options);
     options.bitStrings = true;
     const Work with = searchOnce(boxes, options);
@@ -434,7 +434,7 @@ TEST(PsapSearch, BoundsTestsPerIndexWhenWorkIsSplit)
     Random random(5);
     std::vector<Aabb> boxes = uniformCubes(5000, 60, random);
     boxes.push_back(cube(-1, 61));
-    PsapOptions options = literal(PsapCells::FixedCount, 4);
+    ThesisOptions options = withCells(ThesisCells::FixedCount, 4);
     const Work whole = searchOnce(boxes, options);
     options.splitWork = true;
     const Work split = searchOnce(boxes, options);
@@ -449,8 +449,8 @@ TEST(PsapSearch, FindsMoreFalsePairsWithMoreCellsWhenShiftingInFloat)
     SCOPED_TRACE("seed 6");
     Random random(6);
     const std::vector<Aabb> boxes = uniformCubes(20000, 60, random);
-    PsapOptions options = literal(PsapCells::FixedCount, 1);
-    options.variant = PsapVariant::Shifted;
+    ThesisOptions options = withCells(ThesisCells::FixedCount, 1);
+    options.isShifted = true;
     const Work one = searchOnce(boxes, options);
     EXPECT_EQ(one.falsePairs, 0u);
     options.cellCount = 256;
@@ -461,7 +461,7 @@ TEST(PsapSearch, FindsMoreFalsePairsWithMoreCellsWhenShiftingInFloat)
     EXPECT_EQ(many.pairs, one.pairs);
     EXPECT_GT(some.falsePairs, 0u);
     EXPECT_GT(many.falsePairs, 100 * some.falsePairs);
-    EXPECT_EQ(searchOnce(boxes, literal(PsapCells::FixedCount, 65536)).falsePairs, 0u);
+    EXPECT_EQ(searchOnce(boxes, withCells(ThesisCells::FixedCount, 65536)).falsePairs, 0u);
 }
 
 TEST(PsapSearch, FindsAllPairsAlongPrincipalAxisWhenShiftingIsAsked)
@@ -469,11 +469,11 @@ TEST(PsapSearch, FindsAllPairsAlongPrincipalAxisWhenShiftingIsAsked)
     SCOPED_TRACE("seed 7");
     Random random(7);
     const std::vector<Aabb> boxes = slantedSlab(2000, random);
-    PsapOptions options = literal(PsapCells::FixedCount, 20);
+    ThesisOptions options = withCells(ThesisCells::FixedCount, 20);
     const Work plain = searchOnce(boxes, options);
     EXPECT_GT(plain.pairs, 20u);
-    options.variant = PsapVariant::Shifted;
-    options.axis = PsapAxis::Principal;
+    options.isShifted = true;
+    options.isAxisPrincipal = true;
     EXPECT_EQ(searchOnce(boxes, options).pairs, plain.pairs);
 }
 }  // namespace

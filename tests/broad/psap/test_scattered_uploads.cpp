@@ -7,6 +7,7 @@
 #include "cullet/broad/psap/exec/host_exec.h"
 #include "cullet/broad/psap/update/upload_staging.h"
 #include "cullet/broad/psap/update/upload_steps.h"
+#include "cullet/comparison/backends.h"
 #include "cullet/tests/support/scattered_rows.h"
 
 #include <gtest/gtest.h>

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #include "cullet/broad/backend.h"
 #include "cullet/broad/proxy_table.h"
+#include "cullet/comparison/backends.h"
 #include "cullet/tests/support/boxes.h"
 
 #include <gtest/gtest.h>

@@ -3,10 +3,14 @@
 #pragma once
 
 #include "cullet/broad/backend.h"
+#include "cullet/comparison/device_finders.h"
+#include "cullet/cuda/device_pairs.h"
+#include "cullet/tests/support/search_options.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <memory>
 #include <ostream>
 #include <string>
 #include <vector>
@@ -17,7 +21,7 @@ namespace cullet::test
 struct NamedOptions
 {
     std::string name;
-    PsapOptions options;
+    SearchOptions options;
 };
 
 inline void PrintTo(const NamedOptions& value, std::ostream* stream)
@@ -30,39 +34,38 @@ inline std::string nameOf(const testing::TestParamInfo<NamedOptions>& info)
     return info.param.name;
 }
 
-inline PsapOptions rowOptions(PsapOrder order, PsapRowSearch search = PsapRowSearch::Automatic)
+inline SearchOptions rowOptions(PsapOrder order, PsapRowSearch search = PsapRowSearch::Automatic)
 {
-    PsapOptions options;
+    SearchOptions options;
     options.order = order;
     options.rowSearch = search;
     return options;
 }
 
-inline PsapOptions literal()
+inline std::unique_ptr<DevicePairFinder> makeFinder(const SearchOptions& options)
 {
-    PsapOptions options;
-    options.variant = PsapVariant::Literal;
-    return options;
+    return options.isThesis ? makeThesisPairFinder(options, nullptr, nullptr)
+                            : makeDevicePairFinder(options, nullptr, nullptr);
 }
 
 /// A new plan begins as soon as the last one is complete.
-inline PsapOptions plannedOften(PsapOrder order)
+inline SearchOptions plannedOften(PsapOrder order)
 {
-    PsapOptions options = rowOptions(order);
+    SearchOptions options = rowOptions(order);
     options.updatesPerPlan = 1;
     return options;
 }
 
 /// Neighbour lists are used for few boxes, too.
-inline PsapOptions keepingNear()
+inline SearchOptions keepingNear()
 {
-    PsapOptions options;
+    SearchOptions options;
     options.nearPairs = PsapNearPairs::Always;
     return options;
 }
 
 /// The number of frames, at least as many as are needed for one asynchronous plan, or to use a neighbour list.
-inline int framesWithPlan(const PsapOptions& options, int frames)
+inline int framesWithPlan(const SearchOptions& options, int frames)
 {
     constexpr int kStepsToPlan = 13, kStepsToFollow = 8;
     if (options.updatesPerPlan == 1)
@@ -87,7 +90,7 @@ inline std::vector<NamedOptions> rowVariants()
 inline std::vector<NamedOptions> allOrders()
 {
     std::vector<NamedOptions> all = rowVariants();
-    all.push_back({"Literal", literal()});
+    all.push_back({"Literal", thesisSearch()});
     return all;
 }
 
@@ -95,14 +98,14 @@ inline std::vector<NamedOptions> allOrders()
 inline std::vector<NamedOptions> allVariants()
 {
     std::vector<NamedOptions> all = allOrders();
-    PsapOptions options = literal();
+    SearchOptions options = thesisSearch();
     options.bitStrings = true;
     all.push_back({"BitStrings", options});
-    options = literal();
+    options = thesisSearch();
     options.splitWork = true;
     all.push_back({"SplitWork", options});
-    options = literal();
-    options.axis = PsapAxis::Principal;
+    options = thesisSearch();
+    options.isAxisPrincipal = true;
     all.push_back({"Principal", options});
     return all;
 }

@@ -1,5 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
+#include "cullet/comparison/backends.h"
 #include "cullet/tests/plugin/broadphase/broadphase_support.h"
 #include "cullet/tests/plugin/falling_heap.h"
 
@@ -59,9 +60,11 @@ TYPED_TEST(BroadphaseWorld, GivesSameBitsInEveryRunAndWithEveryBackend)
         BroadphaseOptions options;
         options.backend = run < 2 ? BackendChoice::Brute : BackendChoice::Grid;
         options.threads = run < 3 ? 1 : 3;
-        options.grid.layout = run == 4 ? GridLayout::Cells : GridLayout::Rows;
         options.grid.flatLimit = run == 3 ? 0 : GridOptions::kMeasured;
-        TypeParam stage(std::make_unique<Broadphase>(options));
+        auto broadphase = std::make_unique<Broadphase>(options);
+        if (run == 4)
+            broadphase->setBackend(makeCellGridBackend());
+        TypeParam stage(std::move(broadphase));
         stage.world.setGravity(vec(0, -10, 0));
         Heap heap(stage.world);
         heap.step(120);

@@ -1,5 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
+#include "cullet/comparison/backends.h"
 #include "cullet/tests/plugin/broadphase/broadphase_support.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
+#include "cullet/comparison/backends.h"
 #include "cullet/plugin/proxies/debug_draw.h"
 #include "cullet/tests/plugin/broadphase/broadphase_support.h"
 
@@ -77,7 +78,7 @@ std::vector<Box> boxesOf(const std::vector<Line>& lines)
 /// A field of evenly spread cubes, some of which overlap.
 struct Field
 {
-    explicit Field(const GridOptions& grid) : broadphase(optionsWith(grid))
+    explicit Field(std::unique_ptr<Backend> backend) : broadphase(std::move(backend))
     {
         std::mt19937 random(5);
         std::uniform_real_distribution<float> place(-20, 20);
@@ -88,15 +89,6 @@ struct Field
             proxies.push_back(addCube(broadphase, vec(x, y, z), 0.375));
         }
         broadphase.calculateOverlappingPairs(nullptr);
-    }
-
-    static BroadphaseOptions optionsWith(const GridOptions& grid)
-    {
-        BroadphaseOptions options;
-        options.backend = BackendChoice::Grid;
-        options.threads = 1;
-        options.grid = grid;
-        return options;
     }
 
     Broadphase broadphase;
@@ -193,7 +185,7 @@ TEST(DebugDraw, DrawsColumnsThatCoverBoxesAndReachFromEndToEnd)
     GridOptions grid;
     grid.flatLimit = 0;
     grid.cellScale = 3;
-    Field field(grid);
+    Field field(makeGridBackend(grid));
     const std::vector<Line> lines = draw(field.broadphase, only(false, true, false));
     const std::vector<Box> cells = boxesOf(lines);
     ASSERT_GT(cells.size(), 20u);
@@ -220,9 +212,7 @@ TEST(DebugDraw, DrawsColumnsThatCoverBoxesAndReachFromEndToEnd)
 
 TEST(DebugDraw, DrawsCubicCellsThatCoverBoxCentres)
 {
-    GridOptions grid;
-    grid.layout = GridLayout::Cells;
-    Field field(grid);
+    Field field(makeCellGridBackend());
     const std::vector<Box> cells = boxesOf(draw(field.broadphase, only(false, true, false)));
     btVector3 min, max;
     field.broadphase.getBroadphaseAabb(min, max);
@@ -290,7 +280,7 @@ TEST(DebugDraw, PassesLeastCornerOfEachBoxFirst)
     GridOptions grid;
     grid.flatLimit = 0;
     grid.cellScale = 3;
-    const Field field(grid);
+    const Field field(makeGridBackend(grid));
     BoxCollector bodies, cells;
     field.broadphase.debugDraw(bodies, only(true, false, false));
     field.broadphase.debugDraw(cells, only(false, true, false));

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "cullet/broad/comparison/cell_grid_backend.h"
+#include "cullet/comparison/cell_grid_backend.h"
 
 #include <algorithm>
 #include <new>
@@ -14,7 +14,7 @@ namespace
 constexpr double kAutomaticRebuildFraction = 0.5;
 constexpr float kSmallestCellScale = 0.125f;  // cells of an eighth of the box: up to 9^3 of them for a box
 
-CellGridOptions cellGridOptions(const GridOptions& options)
+CellGridOptions cellGridOptions(const CellsOptions& options)
 {
     CellGridOptions result;
     result.bucketCount = options.bucketCount;
@@ -34,7 +34,7 @@ CellGridOptions cellGridOptions(const GridOptions& options)
 }
 }  // namespace
 
-CellGridBackend::CellGridBackend(const GridOptions& options)
+CellGridBackend::CellGridBackend(const CellsOptions& options)
     : m_grid(cellGridOptions(options)),
       m_b(cellGridOptions(options).b),
       m_countsPairs(cellGridOptions(options).countsPairs),
@@ -199,7 +199,7 @@ catch (const std::bad_alloc&)
     return Status::OutOfMemory;
 }
 
-std::unique_ptr<Backend> makeCellGridBackend(const GridOptions& options)
+std::unique_ptr<Backend> makeCellGridBackend(const CellsOptions& options)
 {
     return std::make_unique<CellGridBackend>(options);
 }

@@ -4,7 +4,8 @@
 
 #include "cullet/broad/aabb.h"
 #include "cullet/broad/cell_visitor.h"
-#include "cullet/broad/comparison/uniform_grid.h"
+#include "cullet/comparison/backends.h"
+#include "cullet/comparison/uniform_grid.h"
 
 #include <cstdint>
 #include <memory>

@@ -3,10 +3,11 @@
 #pragma once
 
 #include "cullet/broad/psap/data/search_input.h"
-#include "cullet/broad/psap/thesis/bit_strings.h"
-#include "cullet/broad/psap/thesis/cell_steps.h"
-#include "cullet/broad/psap/thesis/principal_axis.h"
-#include "cullet/broad/psap/thesis/workspace_shift.h"
+#include "cullet/comparison/backends.h"
+#include "cullet/comparison/thesis/bit_strings.h"
+#include "cullet/comparison/thesis/cell_steps.h"
+#include "cullet/comparison/thesis/principal_axis.h"
+#include "cullet/comparison/thesis/workspace_shift.h"
 
 #include <algorithm>
 #include <cstdint>
@@ -42,16 +43,31 @@ private:
     Buffer<Aabb> m_projections;
 };
 
-/// The thesis's search, with its options.
+/// The thesis's search, with its options. Has the members of Search.
 template <class Exec>
 class CellSearch
 {
 public:
-    CellSearch(const PsapOptions& options, PsapAxis axis)
-        : m_options(options),
-          m_axis(axis),
-          m_isShifted(options.variant == PsapVariant::Shifted && axis != PsapAxis::Principal)
+    explicit CellSearch(const ThesisOptions& options)
+        : m_options(options), m_isShifted(options.isShifted && !options.isAxisPrincipal)
     {
+    }
+
+    // Every build() plans anew, with the boxes that it gets.
+    void poll(Exec&) {}
+    void advanceNextPlan(Exec&) {}
+    void forgetPlans() {}
+    void countRepeat() {}
+    static constexpr unsigned kPhases = 1;
+    unsigned nextPhase() const { return 0; }
+    std::uint32_t launches() const { return 0; }
+    /// build() waits for the number of entries.
+    bool isRepeatable(const Exec&, const SearchInput&) const { return false; }
+    /// emit() never reports kOverflowed.
+    void buildByCounting(Exec& exec, const Aabb* boxes)
+    {
+        m_input.boxes = boxes;
+        build(exec, m_input);
     }
 
     void build(Exec& exec, SearchInput input)
@@ -59,12 +75,14 @@ public:
         m_input = input;
         clearPairCount(exec, input);
         reserveForBoxes(exec, input.count);
-        const bool isTurned = m_axis == PsapAxis::Principal;
+        if (input.copies.now != nullptr)
+            exec.forEach(input.count, CopyBox{input.boxes, input.copies});
+        const bool isTurned = m_options.isAxisPrincipal;
         m_placed = isTurned ? m_mode.project(exec, input) : input.boxes;
         m_statistics.collect(exec, {m_placed, input.count}, 1);
-        exec.forEach(1,
-                     PlanCells{m_statistics.moments(), m_statistics.sizes(), isTurned ? PsapAxis::X : m_axis,
-                               m_options.cells, m_options.cellCount, m_plan.data()});
+        exec.forEach(1, PlanCells{m_statistics.moments(), m_statistics.sizes(),
+                                  isTurned ? PsapAxis::X : sweepAxis(m_options), m_options.cells,
+                                  m_options.cellCount, m_plan.data()});
 
         exec.clear(m_unboundedCount.data(), 1);
         exec.clear(m_counts.data() + input.count, 1);
@@ -186,8 +204,7 @@ private:
         exec.wait();
     }
 
-    PsapOptions m_options;
-    PsapAxis m_axis;
+    ThesisOptions m_options;
     bool m_isShifted;
     SearchInput m_input{};
     const Aabb* m_placed = nullptr;  ///< the boxes or their projections

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "cullet/broad/backend.h"
+#include "cullet/comparison/backends.h"
 
 #include <algorithm>
 #include <cstdint>

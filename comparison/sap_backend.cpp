@@ -1,9 +1,10 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "cullet/broad/comparison/sap_backend.h"
+#include "cullet/comparison/sap_backend.h"
 
 #include "cullet/base/bytes_of.h"
 #include "cullet/broad/pairs/restart_rows.h"
+#include "cullet/comparison/backends.h"
 
 #include <algorithm>
 #include <new>

@@ -4,6 +4,7 @@
 
 #include "cullet/broad/psap/data/pair_lists.h"
 #include "cullet/broad/psap/data/scene_statistics.h"
+#include "cullet/comparison/backends.h"
 
 #include <cstdint>
 
@@ -22,7 +23,7 @@ CULLET_HOST_DEVICE inline std::uint32_t orderedBits(float value)
     return (bits & 0x80000000u) != 0 ? ~bits : bits | 0x80000000u;
 }
 
-/// The cells of the literal variant.
+/// The cells of the thesis's search.
 struct CellPlan
 {
     Axes axes;
@@ -72,7 +73,7 @@ struct PlanCells
     const Moments* moments;
     const SizeClasses* sizes;
     PsapAxis axis;
-    PsapCells rule;
+    ThesisCells rule;
     std::uint32_t fixedCount;
     CellPlan* plan;
 
@@ -87,7 +88,7 @@ struct PlanCells
             sums.count == 0 ? 0.0 : static_cast<double>(sums.high[axes.v]) - sums.low[axes.v];
         double countU = 1;
         double countV = 1;
-        if (rule == PsapCells::Automatic)
+        if (rule == ThesisCells::Automatic)
         {
             countU = sideU / (kMeanExtents * sums.extent[axes.u] / n);
             countV = sideV / (kMeanExtents * sums.extent[axes.v] / n);
@@ -99,7 +100,7 @@ struct PlanCells
         else
         {
             // Nearly square cells: at least the requested number, and more only to fill the last column.
-            const double count = rule == PsapCells::Thesis ? ceil(n / kThesisBoxesPerCell) : fixedCount;
+            const double count = rule == ThesisCells::Thesis ? ceil(n / kThesisBoxesPerCell) : fixedCount;
             countU = sideV > 0 ? floor(sqrt(count * sideU / sideV) + 0.5) : count;
             countU = limited(countU < count ? countU : count);
             countV = ceil(count / countU);

@@ -3,8 +3,8 @@
 #pragma once
 
 #include "cullet/broad/backend.h"
-#include "cullet/broad/comparison/sap_endpoints.h"
 #include "cullet/broad/pairs/pair_set.h"
+#include "cullet/comparison/sap_endpoints.h"
 
 #include <array>
 #include <cstdint>

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "cullet/broad/psap/thesis/principal_axis.h"
+#include "cullet/comparison/thesis/principal_axis.h"
 
 #include <Eigen/Eigenvalues>
 

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "cullet/broad/psap/thesis/cell_steps.h"
+#include "cullet/comparison/thesis/cell_steps.h"
 
 #include <cstdint>
 

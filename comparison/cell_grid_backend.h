@@ -3,30 +3,21 @@
 #pragma once
 
 #include "cullet/broad/backend.h"
-#include "cullet/broad/comparison/cell_grid.h"
+#include "cullet/broad/cell_visitor.h"
 #include "cullet/broad/pairs/candidate_pairs.h"
+#include "cullet/comparison/backends.h"
+#include "cullet/comparison/cell_grid.h"
 
 #include <cstdint>
-#include <memory>
 #include <vector>
 
 namespace cullet
 {
-/// The hierarchical grid of Lesson 04 (docs/references.md) as a backend, written for clarity more than for speed.
-/// makeGridBackend() returns it for GridLayout::Cells.
-///
-/// Uses the options of its layout and bucketCount, cellScale (cells of cellScale times the largest box of the level, at
-/// least 1/8; 0: 1, or 2 for GridPlacement::OnePoint; for GridPlacement::OneGrid cellScale, or 2, times the mean box,
-/// chosen in each rebuild) and rebuildFraction; runs on one thread.
-///
-/// Cost: O(rows that changed and their neighbours, plus pairs held) or, when more than rebuildFraction of the rows
-/// changed, O(rows and their neighbours).
-std::unique_ptr<Backend> makeCellGridBackend(const GridOptions& options = {});
-
+/// See makeCellGridBackend().
 class CellGridBackend final : public Backend, public CellSource
 {
 public:
-    explicit CellGridBackend(const GridOptions& options);
+    explicit CellGridBackend(const CellsOptions& options);
 
     Status update(const ProxyView& proxies, PairDelta& delta) override;
     void restart(const Pairs& known) override;

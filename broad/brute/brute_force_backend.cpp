@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "cullet/broad/comparison/brute_force_backend.h"
+#include "cullet/broad/brute/brute_force_backend.h"
 
 #include "cullet/broad/pairs/pair_diff.h"
 #include "cullet/broad/row_pair.h"

@@ -1,8 +1,9 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "cullet/broad/comparison/le_grand_backend.h"
+#include "cullet/comparison/le_grand_backend.h"
 
-#include "cullet/broad/comparison/cell_grid.h"
+#include "cullet/comparison/backends.h"
+#include "cullet/comparison/cell_grid.h"
 
 #include <algorithm>
 #include <new>

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "cullet/broad/comparison/cell_hash.h"
+#include "cullet/comparison/cell_hash.h"
 
 namespace cullet
 {

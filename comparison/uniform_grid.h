@@ -3,8 +3,8 @@
 #pragma once
 
 #include "cullet/broad/aabb.h"
-#include "cullet/broad/comparison/cell_hash.h"
-#include "cullet/broad/comparison/pair_counts.h"
+#include "cullet/comparison/cell_hash.h"
+#include "cullet/comparison/pair_counts.h"
 
 #include <algorithm>
 #include <cstdint>

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "cullet/broad/comparison/uniform_grid.h"
+#include "cullet/comparison/uniform_grid.h"
 
 #include <cmath>
 

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "cullet/broad/comparison/sap_endpoints.h"
+#include "cullet/comparison/sap_endpoints.h"
 
 #include <algorithm>
 
