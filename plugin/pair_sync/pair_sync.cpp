@@ -104,7 +104,8 @@ void PairSync::update(float margin, const QueryIndex& index, btDispatcher* dispa
     m_needsRestart = true;
     const bool mustReevaluateAll = std::exchange(m_mustReevaluateAll, true);
     m_wasInterrupted = false;
-    if (m_isCacheChanged)
+    // Deferred ones would be re-evaluated anyway.
+    if (m_isCacheChanged && !mustReevaluateAll)
         deferExternallyRemoved(view);
     m_isCacheChanged = false;
     collectToReevaluate(view, mustReevaluateAll);

@@ -109,6 +109,16 @@ TEST_F(RefusedPairs, EnterInTheNextUpdateWhenTheFilterIsTakenAway)
     EXPECT_EQ(pairsAfterUpdate(), std::size_t{kPairs});
 }
 
+TEST_F(RefusedPairs, EnterWhenTheFilterIsTakenAwayAfterAPairWasTakenOutOfTheCache)
+{
+    m_filter.rule = [](Pair pair) { return pair.first == 8 || pair.second == 8; };
+    moveCube(m_broadphase, m_cubes[7], vec(0.2, 0, 0));
+    ASSERT_EQ(pairsAfterUpdate(), std::size_t{kCubes - 1});
+    cache().removeOverlappingPair(m_cubes[7], m_cubes[20], nullptr);
+    cache().setOverlapFilterCallback(nullptr);
+    EXPECT_EQ(pairsAfterUpdate(), std::size_t{kPairs});
+}
+
 TEST_F(RefusedPairs, AreListedAgainWhenNoneIsLeft)
 {
     for (int i = 0; i < kCubes; ++i)
