@@ -45,7 +45,13 @@ public:
         return Status::OutOfMemory;
     }
 
-    void restart(const Pairs& known) override { current().restart(known); }
+    /// Without pairs it begins as a new one, and frees the memory of the grid.
+    void restart(const Pairs& known) override
+    {
+        if (known.empty() && m_grid != nullptr)
+            replaceGrid();
+        current().restart(known);
+    }
 
     const char* name() const noexcept override { return "grid"; }
     BackendStats stats() const override
@@ -79,8 +85,15 @@ private:
 
     void changeToSmallWorld(const ProxyView& proxies)
     {
+        const Pairs held = m_grid->heldPairs(proxies);
+        replaceGrid();
+        m_smallWorld->restart(held);
+    }
+
+    /// By a SmallWorldBackend without rows.
+    void replaceGrid()
+    {
         auto smallWorld = std::make_unique<SmallWorldBackend>(m_options.baselineSimd);
-        smallWorld->restart(m_grid->heldPairs(proxies));
         m_rebuildsBefore += m_grid->stats().rebuildsTotal;
         m_smallWorld = std::move(smallWorld);
         m_grid.reset();

@@ -2,35 +2,14 @@
 // SPDX-License-Identifier: Zlib
 #include "cullet/plugin/pair_sync/deferred_pairs.h"
 
+#include "cullet/plugin/pair_sync/grown_box.h"
+
 #include <algorithm>
 
 namespace cullet
 {
 inline namespace CULLET_PRECISION
 {
-namespace
-{
-Aabb grown(Aabb box, float margin) noexcept
-{
-    for (int axis = 0; axis < 3; ++axis)
-    {
-        box.min[axis] -= margin;
-        box.max[axis] += margin;
-    }
-    return box;
-}
-
-bool encloses(const Aabb& outer, const Aabb& inner) noexcept
-{
-    for (int axis = 0; axis < 3; ++axis)
-    {
-        if (!(outer.min[axis] <= inner.min[axis] && inner.max[axis] <= outer.max[axis]))
-            return false;
-    }
-    return true;
-}
-}  // namespace
-
 void DeferredPairs::storeGrownBox(std::uint32_t uniqueId, std::uint32_t row, const Aabb* boxes, float margin)
 {
     if (m_grownBoxes.size() <= row)

@@ -24,7 +24,7 @@ inline namespace CULLET_PRECISION
 ///
 /// DBVT remembers no refusal. So that many cost no more here, refused pairs are listed up to a limit only. Beyond it
 /// the rows that have some are marked, and the owner finds the pairs of a marked row that is due by a box query. They
-/// are listed again when no row is marked any more.
+/// are listed again when no row is marked any more. Where they are a large share of all pairs, AllowedPairs takes over.
 ///
 /// Unchanged rows cost nothing.
 class DeferredPairs

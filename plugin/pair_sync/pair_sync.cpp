@@ -96,7 +96,9 @@ void PairSync::update(float margin, const QueryIndex& index, btDispatcher* dispa
     if (recentreIfCoarse(view))
         view = m_store.table().beginUpdate(margin, m_filter == nullptr);
     // The backend then reports the refused pairs that are not listed.
-    m_needsRestart |= m_mustReevaluateAll && m_deferredPairs.hasMarkedRows();
+    m_needsRestart |= m_mustReevaluateAll && (m_deferredPairs.hasMarkedRows() || m_allowedPairs != nullptr);
+    m_due.clear();
+    m_refusedNow = 0;
     if (!runBackend(view))
         return;
     // Cleared at the end, unless a callback interferes: after an exception the next update restarts the backend too and
@@ -104,7 +106,8 @@ void PairSync::update(float margin, const QueryIndex& index, btDispatcher* dispa
     m_needsRestart = true;
     const bool mustReevaluateAll = std::exchange(m_mustReevaluateAll, true);
     m_wasInterrupted = false;
-    if (m_isCacheChanged)
+    // Deferred ones would be re-evaluated anyway.
+    if (m_isCacheChanged && !mustReevaluateAll)
         deferExternallyRemoved(view);
     m_isCacheChanged = false;
     collectToReevaluate(view, mustReevaluateAll);
@@ -116,9 +119,13 @@ void PairSync::update(float margin, const QueryIndex& index, btDispatcher* dispa
     applyAdded(margin);
     if (m_adapter.pairsWithoutMemory() != withoutMemory)
         log(LogLevel::Warning, "out of memory: the pair cache lacks pairs until the next update");
+    if (mayBeginAllowedPairs())
+        beginAllowedPairs(margin);
     m_expectedCount = m_adapter.count();
     m_mustReevaluateAll = m_wasInterrupted;
-    m_needsRestart = m_wasInterrupted;
+    // New pairs of the backend that takes over are refused ones, as after a change of the cache.
+    m_isCacheChanged = !m_wasInterrupted && m_allowedPairs != nullptr && !m_allowedPairs->isStillCrowd();
+    m_needsRestart = m_wasInterrupted || m_isCacheChanged;
     trimCapacity(m_delta.added);
     trimCapacity(m_delta.removed);
     trimCapacity(m_toReevaluate);
@@ -174,6 +181,8 @@ void PairSync::detectExternalChanges()
 
 bool PairSync::runBackend(const ProxyView& view)
 {
+    if (m_allowedPairs != nullptr && !m_needsRestart && updateAllowedPairs(view))
+        return true;
     if (m_needsRestart)
         restartBackend();
     const Status status = m_backend->update(view, m_delta);
@@ -201,6 +210,7 @@ void PairSync::replaceBackend(Status status)
 
 void PairSync::restartBackend()
 {
+    m_allowedPairs.reset();
     m_scratch.clear();
     const btBroadphasePairArray& cached = m_adapter.cache()->getOverlappingPairArray();
     for (int i = 0; i < cached.size(); ++i)
@@ -243,6 +253,7 @@ void PairSync::deferExternallyRemoved(const ProxyView& view)
         m_deferredPairs.insert(pair, ProxyStore::rowOf(m_store.find(pair.first)),
                                ProxyStore::rowOf(m_store.find(pair.second)), DeferredPairs::kRefused,
                                view.boxes, view.margin);
+        ++m_refusedNow;
     }
     if (m_deferredPairs.isFull())
         markRefused();
@@ -253,7 +264,6 @@ void PairSync::deferExternallyRemoved(const ProxyView& view)
 void PairSync::collectToReevaluate(const ProxyView& view, bool mustReevaluateAll)
 {
     m_toReevaluate.clear();
-    m_due.clear();
     m_deferredPairs.collectToReevaluate(view, m_toReevaluate, m_due);
     if (mustReevaluateAll)
         m_toReevaluate = m_deferredPairs.pairs();
@@ -433,10 +443,17 @@ void PairSync::tryAdd(Pair pair, float margin)
 
 void PairSync::defer(Pair pair, const Proxy& first, const Proxy& second, bool exactBoxesOverlap, float margin)
 {
+    m_refusedNow += exactBoxesOverlap ? 1u : 0u;
+    if (exactBoxesOverlap && m_allowedPairs != nullptr)
+    {
+        m_deferredPairs.erase(pair);
+        m_allowedPairs->erase(ProxyStore::rowOf(&first), ProxyStore::rowOf(&second));
+        return;
+    }
     m_deferredPairs.insert(pair, ProxyStore::rowOf(&first), ProxyStore::rowOf(&second),
                            exactBoxesOverlap ? DeferredPairs::kRefused : DeferredPairs::kSeparated,
                            m_store.table().boxes(), margin);
-    if (m_deferredPairs.isFull())
+    if (exactBoxesOverlap && m_deferredPairs.isFull())
         markRefused();
 }
 
@@ -498,6 +515,14 @@ void PairSync::addTo(BroadphaseStats& stats) const
                    (m_due.capacity() + m_partners.capacity()) * sizeof(std::uint32_t);
     stats.backendName = m_backend->name();
     stats.backend = m_backend->stats();
+    if (m_allowedPairs == nullptr)
+        return;
+    const std::uint64_t backendBytes = stats.backend.bytes;
+    stats.backend = {};
+    stats.backend.path = "allowed pairs";
+    stats.backend.pairs = m_allowedPairs->size();
+    stats.backend.candidates = m_allowedPairs->tests();
+    stats.backend.bytes = backendBytes + m_allowedPairs->bytes();
 }
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

@@ -6,6 +6,7 @@
 #include "cullet/broad/queries/query_index.h"
 #include "cullet/broad/row_source.h"
 #include "cullet/plugin/broadphase.h"
+#include "cullet/plugin/pair_sync/allowed_pairs.h"
 #include "cullet/plugin/pair_sync/deferred_pairs.h"
 #include "cullet/plugin/pair_sync/pair_cache_adapter.h"
 #include "cullet/plugin/pair_sync/pair_map.h"
@@ -57,8 +58,8 @@ public:
     /// The backend as a RowSource that knows where all rows are now; null if there is none.
     const RowSource* rowSource() const
     {
-        return m_rowSource != nullptr && !m_needsRestart && !m_store.table().hasChanges() ? m_rowSource
-                                                                                          : nullptr;
+        const bool knowsRows = !m_needsRestart && m_allowedPairs == nullptr && !m_store.table().hasChanges();
+        return knowsRows ? m_rowSource : nullptr;
     }
     std::uint64_t updatesTotal() const noexcept { return m_updatesTotal; }
 
@@ -81,6 +82,11 @@ private:
     void askAgainOf(Proxy& proxy, const QueryIndex& index, float margin);
     bool isRefused(Pair pair, Proxy& first, Proxy& second) const;
     bool passesFilterNow(Proxy& first, Proxy& second) const;
+    bool mayBeginAllowedPairs() const;
+    void beginAllowedPairs(float margin);
+    bool updateAllowedPairs(const ProxyView& view);
+    bool overlapInTable(const Proxy& first, const Proxy& second) const;
+    void askAllowedOf(Proxy& proxy, bool isFirst);
     [[gnu::always_inline]] void prefetchAddition(std::size_t index, bool readsTable) const;
     void addUnfiltered(Pair pair, float margin);
     void tryAdd(Pair pair, float margin);
@@ -98,7 +104,8 @@ private:
     ProxyStore& m_store;
     PairCacheAdapter m_adapter;
     std::unique_ptr<Backend> m_backend;
-    const RowSource* m_rowSource = nullptr;  // the backend, if it is one
+    const RowSource* m_rowSource = nullptr;        // the backend, if it is one
+    std::unique_ptr<AllowedPairs> m_allowedPairs;  // not null: in the place of the backend, which has no rows
     DeferredPairs m_deferredPairs;
     PairMap m_speculativePairs;
 
@@ -111,6 +118,7 @@ private:
     Pairs m_scratch;
 
     const btOverlapFilterCallback* m_filter = nullptr;  // filter callback at the last update
+    std::uint64_t m_refusedNow = 0;                     // pairs that the filter refused in this update
     int m_expectedCount = 0;                            // pairs in the cache if only PairSync has changed it
     std::uint64_t m_externalChanges = 0;                // the adapter's count at the last update
     bool m_needsRestart = false;

@@ -1,12 +1,14 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 //
-// Pairs that the filter refused and that are not listed: see DeferredPairs.
+// Pairs that the filter refused and that are not listed: see DeferredPairs and AllowedPairs.
 #include "cullet/broad/row_pair.h"
 #include "cullet/plugin/core/proxy_ids.h"
 #include "cullet/plugin/pair_sync/pair_sync.h"
 
 #include <algorithm>
+#include <new>
+#include <utility>
 
 namespace cullet
 {
@@ -85,13 +87,128 @@ void PairSync::askAgain(const QueryIndex& index, float margin)
         return;
     for (const std::uint32_t id : m_due)
     {
-        if (Proxy* const proxy = m_store.find(id))
+        Proxy* const proxy = m_store.find(id);
+        if (proxy == nullptr)
+            continue;
+        if (m_allowedPairs != nullptr)
+            askAllowedOf(*proxy, false);
+        else
             askAgainOf(*proxy, index, margin);
     }
     std::sort(m_toReevaluate.begin(), m_toReevaluate.end());
     // A pair whose box a callback has moved away, and may move back, was not asked about.
-    if (m_store.table().hasChanges())
+    if (m_store.table().hasChanges() && m_allowedPairs == nullptr)
         m_wasInterrupted = true;
+}
+
+bool PairSync::updateAllowedPairs(const ProxyView& view)
+{
+    try
+    {
+        m_allowedPairs->update(view, m_delta, m_due);
+        return true;
+    }
+    catch (const std::bad_alloc&)
+    {
+        m_due.clear();
+        m_needsRestart = true;
+        return false;
+    }
+}
+
+bool PairSync::mayBeginAllowedPairs() const
+{
+    const auto allowed = static_cast<std::uint64_t>(m_adapter.count());
+    return m_deferredPairs.hasMarkedRows() &&
+           AllowedPairs::isCrowd(m_refusedNow, allowed, m_store.table().size()) && m_filter != nullptr &&
+           m_adapter.filterCallback() == m_filter && !m_wasInterrupted && !m_store.table().hasChanges();
+}
+
+/// Lets AllowedPairs take the backend's place, with the pairs that the backend holds. The boxes are those of the update.
+void PairSync::beginAllowedPairs(float margin)
+{
+    const ProxyTable& table = m_store.table();
+    ProxyView view;
+    view.size = table.size();
+    view.boxes = table.boxes();
+    view.margin = margin;
+    auto allowed = std::make_unique<AllowedPairs>(view, m_options.grid.baselineSimd);
+    const btBroadphasePairArray& cached = m_adapter.cache()->getOverlappingPairArray();
+    for (int i = 0; i < cached.size(); ++i)
+    {
+        if (m_store.owns(cached[i].m_pProxy0) && m_store.owns(cached[i].m_pProxy1))
+            allowed->addHeld(ProxyStore::rowOf(static_cast<const Proxy*>(cached[i].m_pProxy0)),
+                             ProxyStore::rowOf(static_cast<const Proxy*>(cached[i].m_pProxy1)));
+    }
+    // The listed pairs are those of separated boxes. Where the rounded ones overlap, they go on to be tested by their
+    // exact boxes; the filter is asked about the others, below.
+    m_scratch = m_deferredPairs.pairs();
+    for (const Pair pair : m_scratch)
+    {
+        const Proxy& first = *m_store.find(pair.first);
+        const Proxy& second = *m_store.find(pair.second);
+        if (overlapInTable(first, second))
+            allowed->addHeld(ProxyStore::rowOf(&first), ProxyStore::rowOf(&second));
+        else
+            m_deferredPairs.erase(pair);
+    }
+    m_backend->restart({});
+    m_allowedPairs = std::move(allowed);
+    m_deferredPairs.unmarkAll();
+    m_speculativePairs.clear();
+    m_due.clear();
+    m_store.forEach([this](const Proxy* proxy, std::uint32_t) { m_due.push_back(uniqueIdOf(proxy)); });
+    for (const std::uint32_t id : m_due)
+    {
+        if (Proxy* const proxy = m_store.find(id))
+            askAllowedOf(*proxy, true);
+    }
+}
+
+bool PairSync::overlapInTable(const Proxy& first, const Proxy& second) const
+{
+    const ProxyTable& table = m_store.table();
+    return haveValidBoxes(first, second) &&
+           overlaps(table.box(ProxyStore::rowOf(&first)), table.box(ProxyStore::rowOf(&second)));
+}
+
+/// Asks the filter about the pairs of a proxy that is due and that are not listed, in the order of the other ids.
+///
+/// @param isFirst the backend has just reported the pairs of boxes that overlap: those that are not listed are refused
+void PairSync::askAllowedOf(Proxy& proxy, bool isFirst)
+{
+    const std::uint32_t uniqueId = uniqueIdOf(&proxy);
+    const std::uint32_t row = ProxyStore::rowOf(&proxy);
+    m_allowedPairs->takePartners(row, m_partners);
+    for (std::uint32_t& partner : m_partners)
+        partner = m_store.table().uniqueId(partner);
+    if (!std::is_sorted(m_partners.begin(), m_partners.end()))
+        std::sort(m_partners.begin(), m_partners.end());
+    std::uint32_t refused = 0;
+    for (const std::uint32_t id : m_partners)
+    {
+        // The filter is code of the application, and may have destroyed one of the proxies.
+        Proxy* const other = m_store.find(id);
+        if (other == nullptr || m_store.find(uniqueId) != &proxy ||
+            m_allowedPairs->contains(row, ProxyStore::rowOf(other)))
+            continue;
+        Proxy& first = id < uniqueId ? *other : proxy;
+        Proxy& second = id < uniqueId ? proxy : *other;
+        if ((isFirst && overlapInTable(first, second)) || !passesFilterNow(first, second))
+        {
+            ++refused;
+            continue;
+        }
+        if (m_store.find(id) != other || m_store.find(uniqueId) != &proxy)
+            continue;
+        // A box that the filter has moved just now is one of the next update.
+        const bool isHeld = !isFirst && overlapInTable(first, second);
+        m_allowedPairs->insert(row, ProxyStore::rowOf(other), isHeld);
+        if (isHeld)
+            m_toReevaluate.push_back(makePair(uniqueId, id));
+    }
+    if (m_store.find(uniqueId) == &proxy)
+        m_allowedPairs->setRefused(row, refused);
 }
 
 }  // namespace CULLET_PRECISION

@@ -23,7 +23,11 @@ struct CallbackFailure : std::runtime_error
 class PairFilter final : public btOverlapFilterCallback
 {
 public:
-    PairFilter(std::uint32_t seed, bool readsGroups) : m_seed(seed), m_readsGroups(readsGroups) {}
+    /// @param allowed a pair passes if the bit with the pair's number from 0 to 15 is set: three of four pairs by default
+    PairFilter(std::uint32_t seed, bool readsGroups, std::uint16_t allowed = 0xeeee)
+        : m_seed(seed), m_readsGroups(readsGroups), m_allowed(allowed)
+    {
+    }
 
     bool needBroadphaseCollision(btBroadphaseProxy* a, btBroadphaseProxy* b) const override
     {
@@ -51,7 +55,7 @@ public:
             std::swap(a, b);
         const std::uint32_t word =
             (static_cast<std::uint32_t>(a) * 2654435761u ^ static_cast<std::uint32_t>(b) * 40503u) + m_seed;
-        return (word * 2246822519u >> 16) % 4 != 0;
+        return (m_allowed >> (word * 2246822519u >> 16) % 16 & 1) != 0;
     }
 
     std::function<void()> onCall;
@@ -76,5 +80,6 @@ private:
     mutable std::vector<Proxies> m_questions;  ///< of the calls that run
     std::uint32_t m_seed;
     bool m_readsGroups;
+    std::uint16_t m_allowed;
 };
 }  // namespace cullet::test

@@ -13,6 +13,8 @@
 #include <functional>
 #include <map>
 #include <random>
+#include <string>
+#include <type_traits>
 #include <vector>
 
 namespace cullet::test
@@ -109,6 +111,16 @@ TEST_F(RefusedPairs, EnterInTheNextUpdateWhenTheFilterIsTakenAway)
     EXPECT_EQ(pairsAfterUpdate(), std::size_t{kPairs});
 }
 
+TEST_F(RefusedPairs, EnterWhenTheFilterIsTakenAwayAfterAPairWasTakenOutOfTheCache)
+{
+    m_filter.rule = [](Pair pair) { return pair.first == 8 || pair.second == 8; };
+    moveCube(m_broadphase, m_cubes[7], vec(0.2, 0, 0));
+    ASSERT_EQ(pairsAfterUpdate(), std::size_t{kCubes - 1});
+    cache().removeOverlappingPair(m_cubes[7], m_cubes[20], nullptr);
+    cache().setOverlapFilterCallback(nullptr);
+    EXPECT_EQ(pairsAfterUpdate(), std::size_t{kPairs});
+}
+
 TEST_F(RefusedPairs, AreListedAgainWhenNoneIsLeft)
 {
     for (int i = 0; i < kCubes; ++i)
@@ -191,7 +203,10 @@ TEST(RefusedPairsOfManyBodies, TakeNoMemoryEach)
     EXPECT_GT(refusal.asked, 500000u) << "the sample has many refusals";
     const auto& cache = dynamic_cast<const PairCache&>(*broadphase.getOverlappingPairCache());
     EXPECT_LT(cache.stats().bytes, 64u * 1024);
-    EXPECT_LT(broadphase.stats().bytes, 400u * kBodies);
+    // As few bytes as DBVT's proxies and nodes, backend included: nothing for the refused pairs.
+    const BroadphaseStats stats = broadphase.stats();
+    EXPECT_STREQ(stats.backend.path, "allowed pairs");
+    EXPECT_LT(stats.bytes + stats.backend.bytes, (sizeof(btScalar) == 4 ? 216u : 312u) * kBodies);
     broadphase.getOverlappingPairCache()->setOverlapFilterCallback(nullptr);
 }
 
@@ -246,7 +261,9 @@ void expectAnswersOfFilter(const BroadphaseOptions& options, double reach, unsig
                 const bool isThere =
                     broadphase.getOverlappingPairCache()->findPair(cubes[i], cubes[j]) != nullptr;
                 const std::uint64_t key = pairKey(makePair(uniqueIdOf(cubes[i]), uniqueIdOf(cubes[j])));
-                const btVector3 margin(gDbvtMargin, gDbvtMargin, gDbvtMargin);
+                // The larger boxes of a crowd reach beyond the boxes by up to twice the margin.
+                const btScalar reached = (reach == kCrowded ? 2 : 1) * gDbvtMargin;
+                const btVector3 margin(reached, reached, reached);
                 if (!TestAabbAgainstAabb2(cubes[i]->m_aabbMin, cubes[i]->m_aabbMax, cubes[j]->m_aabbMin,
                                           cubes[j]->m_aabbMax))
                 {
@@ -266,6 +283,155 @@ void expectAnswersOfFilter(const BroadphaseOptions& options, double reach, unsig
     EXPECT_GT(accepted, 500u) << "seed " << seed;
     EXPECT_EQ(mostListed == 0, reach == kCrowded) << "seed " << seed;
     broadphase.getOverlappingPairCache()->setOverlapFilterCallback(nullptr);
+}
+
+/// What a filter that refuses all but one in 32 pairs is asked, and the box tests, in updates of a walking crowd.
+struct CrowdWork
+{
+    std::uint64_t asked = 0;
+    std::uint64_t mostTests = 0;  ///< of an update
+    std::string path;
+};
+
+template <class AnyBroadphase>
+CrowdWork workOfCrowd(AnyBroadphase& broadphase, int bodies, unsigned seed)
+{
+    CrowdWork work;
+    RememberingFilter filter;
+    filter.rule = [](Pair pair) { return (pair.first * 31 + pair.second * 17) % 32 == 0; };
+    broadphase.getOverlappingPairCache()->setOverlapFilterCallback(&filter);
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> place(-1.0, 1.0);
+    const auto draw = [&]
+    {
+        const double x = place(random);
+        const double y = place(random);
+        return vec(x, y, place(random));
+    };
+    std::vector<btVector3> places;
+    std::vector<btBroadphaseProxy*> cubes;
+    for (int i = 0; i < bodies; ++i)
+    {
+        places.push_back(draw());
+        cubes.push_back(addCube(broadphase, places.back()));
+    }
+    // DBVT's boxes become larger, and its tree good, in the first updates.
+    constexpr int kFirstUpdates = 20, kUpdates = 60;
+    for (int update = 0; update < kUpdates; ++update)
+    {
+        if (update == kFirstUpdates)
+            filter.asked = 0;
+        for (std::size_t i = 0; i < cubes.size(); ++i)
+            moveCube(broadphase, cubes[i], places[i] += btScalar(0.02) * draw());
+        broadphase.calculateOverlappingPairs(nullptr);
+        if constexpr (std::is_same_v<AnyBroadphase, Broadphase>)
+        {
+            const BroadphaseStats stats = broadphase.stats();
+            work.path = stats.backend.path;
+            if (update >= kFirstUpdates)
+                work.mostTests = std::max(work.mostTests, stats.backend.candidates);
+        }
+    }
+    work.asked = static_cast<std::uint64_t>(filter.asked);
+    broadphase.getOverlappingPairCache()->setOverlapFilterCallback(nullptr);
+    return work;
+}
+
+TEST(RefusedPairsOfManyBodies, AreAskedAboutNoOftenerThanByDbvtAndTestedBySkinsThatAreLeft)
+{
+    constexpr int kBodies = 400;
+    BroadphaseOptions options;
+    options.backend = BackendChoice::Grid;
+    options.threads = 1;
+    Broadphase broadphase(options);
+    const CrowdWork own = workOfCrowd(broadphase, kBodies, 1);
+    StockBroadphase stock;
+    const CrowdWork other = workOfCrowd(stock, kBodies, 1);
+    EXPECT_EQ(own.path, "allowed pairs");
+    EXPECT_GT(other.asked, 100000u) << "the sample has many questions";
+    EXPECT_LE(own.asked, other.asked);
+    // One in eight bodies leaves its skin in an update, and is compared with all.
+    EXPECT_LT(own.mostTests, std::uint64_t{kBodies} * kBodies / 3);
+}
+
+/// Gathers and scatters bodies under a filter that never changes its mind, so that the cache has all overlaps that it
+/// allows; bodies come, go and change their words.
+void expectExactPairsOfCrowd(const BroadphaseOptions& options, unsigned seed)
+{
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> place(-1.0, 1.0);
+    Broadphase broadphase(options);
+    struct Rule final : btOverlapFilterCallback
+    {
+        bool needBroadphaseCollision(btBroadphaseProxy* a, btBroadphaseProxy* b) const override
+        {
+            return (a->m_collisionFilterGroup & b->m_collisionFilterGroup) != 0 &&
+                   (uniqueIdOf(a) * 31 + uniqueIdOf(b) * 17) % 8 == 0;
+        }
+    } rule;
+    broadphase.getOverlappingPairCache()->setOverlapFilterCallback(&rule);
+    std::vector<btBroadphaseProxy*> cubes;
+    const auto draw = [&](double reach)
+    {
+        const double x = reach * place(random);
+        const double y = reach * place(random);
+        return vec(x, y, reach * place(random));
+    };
+    for (int i = 0; i < 120; ++i)
+        cubes.push_back(addCube(broadphase, draw(0.5), 0.5, 1 + i % 3));
+    std::uint64_t held = 0;
+    int switches = 0;
+    std::string last;
+    for (int update = 0; update < 120; ++update)
+    {
+        const bool isGathered = update / 20 % 2 == 0;
+        for (std::size_t i = 0; i < cubes.size(); ++i)
+        {
+            const btVector3 low = cubes[i]->m_aabbMin;
+            const btVector3 to = update % 20 == 0 ? draw(isGathered ? 0.5 : 20.0) : low + draw(0.03);
+            if (update % 20 == 0 || i % 3 != 0)
+                broadphase.setAabb(cubes[i], to, to + vec(1, 1, 1), nullptr);
+        }
+        btBroadphaseProxy& changed = *cubes[random() % cubes.size()];
+        changed.m_collisionFilterGroup = 1 + update % 3;
+        broadphase.setAabb(&changed, changed.m_aabbMin, changed.m_aabbMax, nullptr);
+        const std::size_t victim = random() % cubes.size();
+        broadphase.destroyProxy(cubes[victim], nullptr);
+        cubes[victim] = addCube(broadphase, draw(isGathered ? 0.5 : 20.0), 0.5, 1 + update % 3);
+        const Pairs pairs = updatedPairs(broadphase);
+        held += pairs.size();
+        const std::string path = broadphase.stats().backend.path;
+        switches += path == "allowed pairs" && last != path ? 1 : 0;
+        last = path;
+        for (std::size_t i = 0; i < cubes.size(); ++i)
+        {
+            for (std::size_t j = 0; j < i; ++j)
+            {
+                if (TestAabbAgainstAabb2(cubes[i]->m_aabbMin, cubes[i]->m_aabbMax, cubes[j]->m_aabbMin,
+                                         cubes[j]->m_aabbMax) &&
+                    rule.needBroadphaseCollision(cubes[std::min(i, j)], cubes[std::max(i, j)]))
+                    ASSERT_TRUE(std::binary_search(pairs.begin(), pairs.end(),
+                                                   makePair(idOf(cubes[i]), idOf(cubes[j]))))
+                        << "seed " << seed << " update " << update;
+            }
+        }
+    }
+    EXPECT_GT(held, 10000u) << "seed " << seed;
+    EXPECT_GE(switches, 3) << "seed " << seed;
+    broadphase.getOverlappingPairCache()->setOverlapFilterCallback(nullptr);
+}
+
+TEST(RefusedPairsOfManyBodies, AreNoneOfThosePairsThatFilterAllowsWhileCrowdsGatherAndScatter)
+{
+    for (const unsigned seed : {1u, 2u})
+    {
+        BroadphaseOptions grid;
+        grid.backend = BackendChoice::Grid;
+        grid.grid.flatLimit = 0;
+        grid.threads = 2;
+        expectExactPairsOfCrowd(bruteOptions(), seed);
+        expectExactPairsOfCrowd(grid, seed);
+    }
 }
 
 TEST(RefusedPairsOfManyBodies, FollowTheLastAnswerOfTheFilter)

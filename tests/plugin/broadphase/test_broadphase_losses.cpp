@@ -1,0 +1,267 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+
+// The cases of `cullet bench losses` that are about a broad phase, by counts of work: box tests, rebuilds, trees, bytes and
+// allocations. A loss that comes back fails here without a clock.
+#include "cullet/tests/plugin/broadphase/broadphase_support.h"
+#include "cullet/tests/support/random.h"
+
+#include <BulletCollision/CollisionDispatch/btGhostObject.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+namespace cullet::test
+{
+namespace
+{
+BroadphaseOptions gridOptions(btScalar margin = btScalar(-1))
+{
+    BroadphaseOptions options;
+    options.backend = BackendChoice::Grid;
+    options.threads = 1;
+    options.margin = margin;
+    return options;
+}
+
+/// Cubes of a broad phase that count what its updates do.
+class CountedCubes
+{
+public:
+    explicit CountedCubes(const BroadphaseOptions& options = gridOptions()) : m_broadphase(options) {}
+
+    void add(const btVector3& centre, double half = 0.5, int group = 1, int mask = kAllGroups,
+             void* client = nullptr)
+    {
+        m_places.push_back(centre);
+        m_halves.push_back(half);
+        m_proxies.push_back(addCube(m_broadphase, centre, half, group, mask, client));
+    }
+
+    void place(std::size_t i, const btVector3& centre)
+    {
+        m_places[i] = centre;
+        moveCube(m_broadphase, m_proxies[i], centre, m_halves[i]);
+    }
+
+    /// Each by up to `reach` on each axis.
+    void walk(double reach, std::size_t first = 0)
+    {
+        for (std::size_t i = first; i < size(); ++i)
+            place(i,
+                  m_places[i] + vec(m_random.point(static_cast<float>(-reach), static_cast<float>(reach))));
+    }
+
+    void update()
+    {
+        m_broadphase.calculateOverlappingPairs(nullptr);
+        const BackendStats stats = m_broadphase.stats().backend;
+        m_tests += stats.candidates;
+        m_mostTests = std::max(m_mostTests, stats.candidates);
+    }
+
+    void forgetTests() { m_tests = m_mostTests = 0; }
+    std::uint64_t tests() const { return m_tests; }
+    std::uint64_t mostTests() const { return m_mostTests; }
+    std::uint64_t rebuilds() const { return m_broadphase.stats().backend.rebuildsTotal; }
+    std::uint64_t bytes() const
+    {
+        const BroadphaseStats stats = m_broadphase.stats();
+        return stats.bytes + stats.backend.bytes;
+    }
+
+    std::size_t size() const { return m_proxies.size(); }
+    Broadphase& broadphase() { return m_broadphase; }
+    Random& random() { return m_random; }
+
+private:
+    Random m_random{40};
+    Broadphase m_broadphase;
+    std::vector<btVector3> m_places;
+    std::vector<double> m_halves;
+    std::vector<btBroadphaseProxy*> m_proxies;
+    std::uint64_t m_tests = 0, m_mostTests = 0;
+};
+
+/// Bytes of a body in DBVT: a proxy of 88 bytes (120 in double builds) and two nodes of 64 (96), without malloc's overhead.
+constexpr std::uint64_t kDbvtBytesPerBody = sizeof(btScalar) == 4 ? 88 + 2 * 64 : 120 + 2 * 96;
+
+TEST(LossCases, TestEachPairOfMaskedCrowdAtMostOnceAndKeepNone)
+{
+    constexpr std::uint64_t kBodies = 2000;
+    CountedCubes cubes;
+    for (std::uint64_t i = 0; i < kBodies; ++i)
+        cubes.add(vec(cubes.random().point(-1, 1)), 0.5, 1, 2);
+    cubes.update();
+    cubes.forgetTests();
+    for (int update = 0; update < 10; ++update)
+    {
+        cubes.walk(0.02);
+        cubes.update();
+    }
+    EXPECT_LE(cubes.mostTests(), kBodies * kBodies * 11 / 20);
+    EXPECT_LE(cubes.bytes(), 2 * kDbvtBytesPerBody * kBodies);
+}
+
+TEST(LossCases, TestPairsOfBodiesAtOneSpotTwiceUntilTheyHaveParted)
+{
+    constexpr std::uint64_t kBodies = 1000;
+    CountedCubes cubes;
+    for (std::uint64_t i = 0; i < kBodies; ++i)
+        cubes.add(vec(0, 0, 0));
+    cubes.update();
+    constexpr std::uint64_t kPairs = kBodies * (kBodies - 1) / 2;
+    ASSERT_EQ(cubes.broadphase().stats().pairs, kPairs);
+    for (std::uint64_t i = 0; i < kBodies; ++i)
+        cubes.place(i, vec(2.0 * double(i), 0, 0));
+    cubes.update();
+    ASSERT_EQ(cubes.broadphase().stats().pairs, 0u);
+    EXPECT_LE(cubes.tests(), 9 * kPairs / 2);
+    // Lists of pairs are freed by half and half.
+    EXPECT_LE(cubes.bytes(), 48 * kPairs);
+}
+
+TEST(LossCases, SortNoHeapAtRestAnewInItsFirstFrames)
+{
+    constexpr int kEdge = 25;
+    CountedCubes cubes;
+    for (int i = 0; i < kEdge * kEdge * kEdge; ++i)
+        cubes.add(vec(0.99 * (i % kEdge), 0.99 * (i / kEdge % kEdge), 0.99 * (i / kEdge / kEdge)));
+    cubes.update();
+    const std::uint64_t atFirst = cubes.tests();
+    cubes.forgetTests();
+    const std::uint64_t rebuilds = cubes.rebuilds();
+    for (int frame = 0; frame < 8; ++frame)
+    {
+        cubes.walk(0.0005);
+        cubes.update();
+    }
+    EXPECT_LE(cubes.mostTests(), atFirst + atFirst / 2);
+    EXPECT_LE(cubes.rebuilds() - rebuilds, 2u);
+}
+
+/// Static cubes among which ten links move: the loop of a motion planner.
+class PlannersCubes : public CountedCubes
+{
+public:
+    PlannersCubes() : CountedCubes(gridOptions(0))
+    {
+        for (std::size_t i = 0; i < kStatic + kLinks; ++i)
+        {
+            const bool isLink = i >= kStatic;
+            const btVector3 centre = vec(random().point(-2, 2));
+            add(centre, 0.1, isLink ? 2 : 1, isLink ? 3 : 2);
+        }
+        update();
+    }
+    static constexpr std::size_t kStatic = 1000, kLinks = 10;
+    /// Rows, of which up to 64 are tested at a time.
+    static constexpr std::uint64_t kTestedRows = 1024;
+};
+
+TEST(LossCases, CompareOnlyMovedLinksOfPlannerWithOthers)
+{
+    PlannersCubes cubes;
+    constexpr std::uint64_t kMost = PlannersCubes::kLinks * PlannersCubes::kTestedRows;
+    for (int check = 0; check < 120; ++check)
+    {
+        // The grid has found few changes by then.
+        if (check == 20)
+            cubes.forgetTests();
+        cubes.walk(0.02, PlannersCubes::kStatic);
+        cubes.update();
+    }
+    EXPECT_GT(cubes.tests(), 0u);
+    EXPECT_LE(cubes.mostTests(), kMost);
+    cubes.forgetTests();
+    for (int check = 0; check < 100; ++check)
+    {
+        for (std::size_t link = PlannersCubes::kStatic; link < cubes.size(); ++link)
+            cubes.place(link, vec(cubes.random().point(-2, 2)));
+        cubes.update();
+    }
+    EXPECT_LE(cubes.mostTests(), kMost);
+    EXPECT_LE(cubes.rebuilds(), 2u);
+    EXPECT_EQ(cubes.broadphase().stats().queryTreeBuildsTotal, 0u);
+}
+
+TEST(LossCases, ComparePlannersBoxesOnceAtStart)
+{
+    PlannersCubes cubes;
+    EXPECT_LE(cubes.rebuilds(), 1u);
+    EXPECT_LE(cubes.tests(), PlannersCubes::kTestedRows * PlannersCubes::kTestedRows / 4);
+    EXPECT_LE(cubes.bytes(), 2 * kDbvtBytesPerBody * cubes.size());
+}
+
+TEST(LossCases, TestEachBodyOfTinyWorldInOneStep)
+{
+    constexpr std::uint64_t kTestedAtOnce = 64;
+    for (const std::uint64_t bodies : {2u, 4u, 14u})
+    {
+        CountedCubes cubes;
+        for (std::uint64_t i = 0; i < bodies; ++i)
+            cubes.add(vec(cubes.random().point(-1, 1)), 0.25);
+        cubes.update();
+        cubes.forgetTests();
+        for (int update = 0; update < 100; ++update)
+        {
+            cubes.walk(0.05);
+            cubes.update();
+        }
+        EXPECT_LE(cubes.mostTests(), bodies * kTestedAtOnce) << bodies;
+        EXPECT_EQ(cubes.broadphase().stats().restartsTotal, 0u) << bodies;
+        EXPECT_LE(cubes.bytes(), 24576u) << bodies;
+    }
+}
+
+TEST(LossCases, BuildNoTreeForOneRayInFrame)
+{
+    for (const bool moves : {false, true})
+    {
+        CountedCubes cubes;
+        for (int i = 0; i < 20000; ++i)
+            cubes.add(vec(cubes.random().point(0, 60)));
+        int hits = 0;
+        for (int frame = 0; frame < 20; ++frame)
+        {
+            if (moves)
+                cubes.walk(0.05);
+            cubes.update();
+            const btVector3 from = vec(cubes.random().point(0, 60));
+            RayHits ray(from, from + vec(20, 3, 1));
+            cubes.broadphase().rayTest(from, from + vec(20, 3, 1), ray);
+            hits += static_cast<int>(ray.ids.size());
+        }
+        EXPECT_GT(hits, 10);
+        EXPECT_EQ(cubes.broadphase().stats().queryTreeBuildsTotal, 0u) << moves;
+        EXPECT_EQ(cubes.broadphase().stats().queryTreeSyncsTotal, 0u) << moves;
+    }
+}
+
+TEST(LossCases, UpdateTreeOnceForEachGhostThatWalksAndSeldomBuildIt)
+{
+    constexpr std::uint64_t kCharacters = 400, kFrames = 20;
+    btGhostPairCallback callback;
+    std::vector<btPairCachingGhostObject> ghosts(kCharacters);
+    CountedCubes cubes;
+    cubes.broadphase().getOverlappingPairCache()->setInternalGhostPairCallback(&callback);
+    for (std::uint64_t i = 0; i < kCharacters; ++i)
+        cubes.add(vec(2.0 * double(i % 20), 0, 2.0 * double(i / 20)), 0.5, 1, kAllGroups, &ghosts[i]);
+    cubes.update();
+    const BroadphaseStats before = cubes.broadphase().stats();
+    for (std::uint64_t frame = 0; frame < kFrames; ++frame)
+    {
+        cubes.walk(0.05);
+        cubes.update();
+    }
+    const BroadphaseStats after = cubes.broadphase().stats();
+    EXPECT_EQ(after.ghosts, kCharacters);
+    EXPECT_LE(after.queryTreeBuildsTotal, kFrames / 4);
+    EXPECT_LE(after.queryTreeSyncsTotal - before.queryTreeSyncsTotal, kFrames * kCharacters);
+    EXPECT_LE(cubes.mostTests(), kCharacters * kCharacters);
+}
+}  // namespace
+}  // namespace cullet::test
