@@ -73,6 +73,16 @@ BroadphaseOptions toOptions(const cullet_broadphase_options& requested)
     return options;
 }
 
+/// Takes a number above 0 that is one in btScalar too; 0 leaves the default.
+void takePositive(double requested, const char* text, btScalar& option)
+{
+    if (requested == 0)
+        return;
+    const bool isInRange = requested > 0 && requested <= std::numeric_limits<btScalar>::max();
+    option = isInRange ? static_cast<btScalar>(requested) : btScalar(0);
+    require(option > 0, CULLET_ERROR_ARGUMENT, text);
+}
+
 IsaGjkOptions toOptions(const cullet_isa_gjk_options& requested)
 {
     IsaGjkOptions options;
@@ -86,17 +96,10 @@ IsaGjkOptions toOptions(const cullet_isa_gjk_options& requested)
     options.activeEdges = requested.active_edges != 0;
     if (requested.patch_points != 0)
         options.patchPoints = requested.patch_points;
+    takePositive(requested.reuse_distance, "reuse_distance: 0 or more expected", options.reusePose.distance);
+    takePositive(requested.reuse_angle, "reuse_angle: 0 to 1 expected", options.reusePose.angle);
+    require(options.reusePose.angle <= 1, CULLET_ERROR_ARGUMENT, "reuse_angle: 0 to 1 expected");
     return options;
-}
-
-/// Takes a number above 0 that is one in btScalar too; 0 leaves the default.
-void takePositive(double requested, const char* text, btScalar& option)
-{
-    if (requested == 0)
-        return;
-    const bool isInRange = requested > 0 && requested <= std::numeric_limits<btScalar>::max();
-    option = isInRange ? static_cast<btScalar>(requested) : btScalar(0);
-    require(option > 0, CULLET_ERROR_ARGUMENT, text);
 }
 
 SolverOptions toOptions(const cullet_solver_options& requested)

@@ -177,6 +177,10 @@ typedef struct cullet_isa_gjk_options
     int32_t active_edges;
     /** Contact points of a pair and step at most, 1 to 4; 0: 4. With 1 or 2, bodies do not rest on their faces. */
     int32_t patch_points;
+    /** Length that a pair may move until its contacts are computed again; 0: they are computed in every step */
+    double reuse_distance;
+    /** Angle in radians that it may turn until then, up to 1; 0: 0.035 */
+    double reuse_angle;
 } cullet_isa_gjk_options;
 
 typedef struct cullet_isa_gjk_stats

@@ -130,10 +130,11 @@ void IsaGjkRegistration::reset(btCollisionDispatcher& dispatcher, const IsaGjkOp
     if (m_options.meshes && !options.meshes)
         giveBackMeshes();
     m_options = checkedOptions(options);
+    ++m_resets;
     endPass();
-    for (ThreadCounter* counter :
-         {&m_counters.separated, &m_counters.touching, &m_counters.depths, &m_counters.notConverged,
-          &m_counters.delegated, &m_counters.exact, &m_counters.triangles, &m_counters.trianglesAsked})
+    for (ThreadCounter* counter : {&m_counters.separated, &m_counters.touching, &m_counters.depths,
+                                   &m_counters.notConverged, &m_counters.delegated, &m_counters.exact,
+                                   &m_counters.triangles, &m_counters.trianglesAsked, &m_counters.reused})
         counter->reset();
     m_stockBoxes = configuration.getCollisionAlgorithmCreateFunc(BOX_SHAPE_PROXYTYPE, BOX_SHAPE_PROXYTYPE);
     m_stock =
@@ -234,6 +235,7 @@ IsaGjkStats IsaGjkRegistration::stats() const
     stats.exactTotal = m_counters.exact.value();
     stats.trianglesTotal = m_counters.triangles.value();
     stats.trianglesAskedTotal = m_counters.trianglesAsked.value();
+    stats.reusedTotal = m_counters.reused.value();
     return stats;
 }
 

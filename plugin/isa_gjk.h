@@ -30,6 +30,19 @@ enum class BoxPairs : std::uint8_t
     Bullet           ///< Bullet's own algorithm: the same bits as without cullet
 };
 
+/// How far a pair may move until its contacts are computed again.
+struct ReusePose
+{
+    /// Length by which points of the smaller shape may have moved, relative to the other shape, since the contacts were
+    /// computed. 0: they are computed in every step.
+    btScalar distance = 0;
+    /// Angle in radians by which the shapes may have turned relative to each other since then, up to 1. It matters for
+    /// small shapes.
+    btScalar angle = btScalar(0.035);
+
+    bool isOn() const { return distance > 0; }
+};
+
 struct IsaGjkOptions
 {
     /// With SeparatingAxes, shapes of a class derived from btBoxShape are left to Bullet.
@@ -50,6 +63,22 @@ struct IsaGjkOptions
     /// meshes with a btTriangleInfoMap are left to btAdjustInternalEdgeContacts(). Off by default, since normals differ
     /// from Bullet's. Needs `meshes`. A body at rest costs as much as without.
     bool activeEdges = false;
+    /// Keep the contacts of a pair that hardly moves: a world at rest costs a fraction. See the guide, docs/guide/reuse.md.
+    ///
+    /// While neither `distance` nor `angle` is left, a pair of hulls, boxes, capsules and spheres, of one of these and a
+    /// mesh, height field or other concave shape, or of such parts of compounds, keeps its points. In each step they get
+    /// their positions and distances from the bodies' transforms (btManifoldResult::refreshContactPoints(), which calls
+    /// gContactProcessedCallback and gContactEndedCallback as always), their normals turn with the second body, and
+    /// friction and restitution are read. Contacts are computed again at once when a shape, its scale or its margin
+    /// changes, when the body has another shape, when points were added to the manifold or removed from it, when the
+    /// breaking threshold changes, and when a triangle of the mesh near the body has other vertices.
+    ///
+    /// Never kept: no contacts; pairs with a cylinder, cone or another shape whose points Bullet's algorithm finds;
+    /// contacts that gContactAddedCallback sees (with CF_CUSTOM_MATERIAL_CALLBACK); bodies with contact stiffness or
+    /// friction anchors; perturbation and enableSatConvex; BoxPairs::Bullet.
+    ///
+    /// Off by default: contacts then depend on the poses of earlier steps, too. They never depend on threads.
+    ReusePose reusePose;
 };
 
 /// Counters since the registration, summed over all pairs.
@@ -69,6 +98,8 @@ struct IsaGjkStats
     /// Triangles of concave shapes in the boxes of convex ones, and those of them for which there was a query, since
     /// neither the box around the core nor an axis has dropped them.
     std::uint64_t trianglesTotal = 0, trianglesAskedTotal = 0;
+    /// Queries in which a pair kept its contacts (IsaGjkOptions::reusePose); in touchingTotal they are not counted.
+    std::uint64_t reusedTotal = 0;
 };
 
 /// The state that all pairs of one dispatcher share: create functions, options, counters.
@@ -86,6 +117,8 @@ public:
     void reset(btCollisionDispatcher& dispatcher, const IsaGjkOptions& options);
 
     const IsaGjkOptions& options() const { return m_options; }
+    /// The number of calls of reset(), after each of which the options may be others.
+    std::uint32_t resets() const { return m_resets; }
     IsaGjkStats stats() const;
 
     /// Between beginPass() and endPass() the shapes of the step do not change.
@@ -106,7 +139,8 @@ public:
     /// The counters behind IsaGjkStats.
     struct Counters
     {
-        ThreadCounter separated, touching, depths, notConverged, delegated, exact, triangles, trianglesAsked;
+        ThreadCounter separated, touching, depths, notConverged, delegated, exact, triangles, trianglesAsked,
+            reused;
     };
     Counters& counters() { return m_counters; }
 
@@ -174,6 +208,7 @@ private:
     static constexpr std::uint64_t kUncheckedPass = ~std::uint64_t(0);
 
     IsaGjkOptions m_options;
+    std::uint32_t m_resets = 0;
     Counters m_counters;
     std::unique_ptr<BodyMotions> m_motions;
     std::uint64_t m_pass = 0;

@@ -35,6 +35,20 @@ void readPatchPoints(int& points)
         printLine("CULLET_PATCH_POINTS=%s: 1 to 4 expected; it is ignored", value);
 }
 
+/// A length in metres.
+void readReuse(ReusePose& reuse)
+{
+    const char* value = std::getenv("CULLET_REUSE_POSE");
+    if (value == nullptr || value[0] == '\0')
+        return;
+    char* end = nullptr;
+    const double distance = std::strtod(value, &end);
+    if (*end == '\0' && distance >= 0 && distance <= 1)
+        reuse.distance = static_cast<btScalar>(distance);
+    else
+        printLine("CULLET_REUSE_POSE=%s: 0 to 1 expected; it is ignored", value);
+}
+
 std::optional<SolverModel> readSolver()
 {
     const char* value = std::getenv("CULLET_SOLVER");
@@ -89,6 +103,7 @@ Settings read()
     result.narrowPhase.meshes = readFlag("CULLET_MESHES").value_or(true);
     result.narrowPhase.activeEdges = readFlag("CULLET_ACTIVE_EDGES").value_or(false);
     readPatchPoints(result.narrowPhase.patchPoints);
+    readReuse(result.narrowPhase.reusePose);
     readBackend(result);
     return result;
 }

@@ -20,7 +20,8 @@ struct Settings
     std::optional<bool> fillsTrees;     ///< CULLET_TREES; otherwise set if the program seems to need them
     bool hasSummary = false;            ///< CULLET_STATS
     BroadphaseOptions broadphase;
-    IsaGjkOptions narrowPhase;  ///< CULLET_BOXES, CULLET_MESHES, CULLET_ACTIVE_EDGES, CULLET_PATCH_POINTS
+    IsaGjkOptions narrowPhase;  ///< CULLET_BOXES, CULLET_MESHES, CULLET_ACTIVE_EDGES, CULLET_PATCH_POINTS,
+                                ///< CULLET_REUSE_POSE
 };
 
 /// Read from the environment in the first call, which reports invalid values on stderr.

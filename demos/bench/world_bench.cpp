@@ -65,7 +65,8 @@ std::string promiseOf(const WorldOptions& options, const WorldRunner& runner, co
     const WorldScene& world = *runner.world;
     const std::string broad = world.broadphase().cullet != nullptr ? "cullet" : world.broadphase().name;
     return options.scene + ", " + window.name + ", broad phase " + broad + ", narrow phase " +
-           world.options().narrow + ", solver " + world.options().solver;
+           world.options().narrow + ", solver " + world.options().solver + ", reuse " +
+           std::to_string(world.options().reuse);
 }
 
 void requireExactPairs(const WorldRunner& runner)

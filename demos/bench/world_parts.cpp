@@ -53,6 +53,7 @@ WorldSceneOptions WorldParts::options(const WorldSceneOptions& scene, int thread
     result.narrow = narrow;
     result.update = update;
     result.solver = solver;
+    result.reuse = reuse;
     result.isMt = isMt;
     result.threads = threads;
     return result;
@@ -89,6 +90,21 @@ std::vector<WorldParts> withSolvers(const std::vector<WorldParts>& worlds,
     return result;
 }
 
+std::vector<WorldParts> withReuse(const std::vector<WorldParts>& worlds, const std::vector<double>& distances)
+{
+    std::vector<WorldParts> result;
+    for (const WorldParts& world : worlds)
+    {
+        const bool isBullet = world.narrow == "bullet";
+        for (const double distance : isBullet ? std::vector<double>{0} : distances)
+        {
+            result.push_back(world);
+            result.back().reuse = distance;
+        }
+    }
+    return result;
+}
+
 std::vector<WorldParts> allCombinations(const std::vector<std::string>& backends,
                                         const std::vector<std::string>& narrow,
                                         const std::vector<std::string>& updates)
@@ -99,7 +115,7 @@ std::vector<WorldParts> allCombinations(const std::vector<std::string>& backends
         for (const std::string& phase : narrow)
         {
             for (const std::string& update : updates)
-                result.push_back({"", backend, phase, update, "bullet"});
+                result.push_back({"", backend, phase, update});
         }
     }
     return result;

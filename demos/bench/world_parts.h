@@ -19,6 +19,7 @@ struct WorldParts
     std::string narrow = "bullet";
     std::string update = "bullet";
     std::string solver = "bullet";
+    double reuse = 0;  ///< see WorldSceneOptions
     bool isMt = false;
 
     WorldSceneOptions options(const WorldSceneOptions& scene, int threads) const;
@@ -36,6 +37,10 @@ std::vector<WorldParts> partsNamed(const std::vector<std::string>& names, const 
 /// Each of the worlds with each of the solvers.
 std::vector<WorldParts> withSolvers(const std::vector<WorldParts>& worlds,
                                     const std::vector<std::string>& solvers);
+
+/// Each of the worlds with each distance of IsaGjkOptions::reusePose; those with Bullet's narrow phase once, without.
+std::vector<WorldParts> withReuse(const std::vector<WorldParts>& worlds,
+                                  const std::vector<double>& distances);
 
 /// Each backend with each narrow phase and each update of the boxes, without names.
 std::vector<WorldParts> allCombinations(const std::vector<std::string>& backends,

@@ -5,6 +5,7 @@
 #include "cullet/demos/program/precision.h"
 #include "cullet/demos/program/statistics.h"
 
+#include <cmath>
 #include <cstdio>
 
 namespace cullet
@@ -43,7 +44,8 @@ Json makeRow(const WorldOptions& options, const WorldRunner& runner, std::size_t
             {"depth_max_mm", kMillimetres * state.quality.maxDepth},
             {"energy_j", state.quality.energy},
             {"sleepers", state.quality.sleepers},
-            {"solver", world.options().solver}};
+            {"solver", world.options().solver},
+            {"reuse_mm", kMillimetres * world.options().reuse}};
 }
 
 void printHeadOf(const WorldOptions& options, const StepWindow& window)
@@ -75,6 +77,8 @@ std::string titleOf(const WorldOptions& options, const WorldParts& parts, const 
         title = parts.backend + ", narrow " + parts.narrow + ", update " + parts.update;
     if (parts.solver != "bullet")
         title += ", solver " + parts.solver;
+    if (parts.reuse > 0)
+        title += ", reuse " + std::to_string(std::lround(kMillimetres * 1000 * parts.reuse)) + " um";
     if (!parts.name.empty() || options.threads.size() > 1)
         title += ", " + std::to_string(world.threads()) + (world.threads() == 1 ? " thread" : " threads");
     return title;

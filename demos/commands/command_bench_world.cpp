@@ -27,6 +27,7 @@ struct WorldCommand
     std::vector<std::string> parts;  ///< empty: backends, narrow and updates say it
     std::vector<std::string> backends, narrow = {"bullet"}, updates = {"bullet"};
     std::vector<std::string> solvers = {"bullet"};
+    std::vector<double> reuse = {0};
     std::uint32_t steps = 200;
     std::vector<std::string> windows = {"falling", "settled"};
     std::string falling, settled, sleeping;  ///< "FIRST:END"; empty: by the number of steps
@@ -107,14 +108,27 @@ std::vector<std::string> scenesOf(const std::string& list)
 Json toJson(const WorldCommand& command)
 {
     const WorldSceneOptions& world = command.scene.world;
-    return {
-        {"command", "bench world"},        {"scene", command.scene.scene},       {"bodies", world.bodies},
-        {"steps", command.steps},          {"windows", command.windows},         {"falling", command.falling},
-        {"settled", command.settled},      {"sleeping", command.sleeping},       {"parts", command.parts},
-        {"backend", command.backends},     {"narrow", command.narrow},           {"update", command.updates},
-        {"solver", command.solvers},       {"threads", command.options.threads}, {"seed", world.seed},
-        {"dt", command.scene.dt},          {"mesh", command.scene.meshes},       {"file", world.file},
-        {"hull_points", world.hullPoints}, {"precision", ownPrecision()}};
+    return {{"command", "bench world"},
+            {"scene", command.scene.scene},
+            {"bodies", world.bodies},
+            {"steps", command.steps},
+            {"windows", command.windows},
+            {"falling", command.falling},
+            {"settled", command.settled},
+            {"sleeping", command.sleeping},
+            {"parts", command.parts},
+            {"backend", command.backends},
+            {"narrow", command.narrow},
+            {"update", command.updates},
+            {"solver", command.solvers},
+            {"reuse", command.reuse},
+            {"threads", command.options.threads},
+            {"seed", world.seed},
+            {"dt", command.scene.dt},
+            {"mesh", command.scene.meshes},
+            {"file", world.file},
+            {"hull_points", world.hullPoints},
+            {"precision", ownPrecision()}};
 }
 
 void runScenes(const WorldCommand& command, const std::vector<std::string>& scenes, ResultFile& file)
@@ -138,7 +152,7 @@ int benchWorld(WorldCommand command)
     const std::vector<std::string> scenes = scenesOf(command.scene.scene);
     setWindows(command);
     setParts(command);
-    command.options.parts = withSolvers(command.options.parts, command.solvers);
+    command.options.parts = withReuse(withSolvers(command.options.parts, command.solvers), command.reuse);
     ResultFile file(toJson(command), command.json, command.csv);
     std::optional<TraceFile> trace;
     command.options.trace = openTrace(trace, command.trace);
@@ -176,6 +190,13 @@ void addPartOptions(CLI::App& command, WorldCommand& options)
         ->delimiter(',')
         ->capture_default_str()
         ->check(CLI::IsMember(solverNames()));
+    command
+        .add_option("--reuse", options.reuse,
+                    "metres that a pair may move until its contacts are computed again, one or several; each "
+                    "with each world whose narrow phase is cullet's; 0: none")
+        ->delimiter(',')
+        ->capture_default_str()
+        ->check(CLI::Range(0.0, 1.0));
     command.add_option("--threads", options.options.threads, "one or several numbers; 0: all cores")
         ->delimiter(',')
         ->capture_default_str()

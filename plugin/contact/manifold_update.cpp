@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #include "cullet/plugin/contact/manifold_update.h"
 
+#include "cullet/plugin/contact/pair_material.h"
+
 #include <BulletCollision/CollisionDispatch/btCollisionObject.h>
 #include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
 
@@ -266,33 +268,19 @@ private:
 
     void findCommon(const btManifoldResult& result, btManifoldPoint& point) const
     {
-        point.m_combinedFriction = gCalculateCombinedFrictionCallback(&m_a, &m_b);
-        point.m_combinedRestitution = gCalculateCombinedRestitutionCallback(&m_a, &m_b);
-        point.m_combinedRollingFriction = gCalculateCombinedRollingFrictionCallback(&m_a, &m_b);
-        point.m_combinedSpinningFriction = gCalculateCombinedSpinningFrictionCallback(&m_a, &m_b);
-        btPlaneSpace1(m_normal, point.m_lateralFrictionDir1, point.m_lateralFrictionDir2);
+        setMaterial(m_a, m_b, point);
+        setNormal(m_normal, point);
         ShapeIds::copy(result, point);
     }
 
     /// btPersistentManifold::replaceContactPoint(): all but impulses, lifetime and the application's data.
     [[gnu::always_inline]] static void renew(btManifoldPoint& point, const btManifoldPoint& by)
     {
-        const auto copy = [](const btVector3& from, btVector3& to)
-        { Vector::load(from.m_floats).store(to.m_floats); };
-        copy(by.m_normalWorldOnB, point.m_normalWorldOnB);
-        copy(by.m_lateralFrictionDir1, point.m_lateralFrictionDir1);
-        copy(by.m_lateralFrictionDir2, point.m_lateralFrictionDir2);
-        point.m_combinedFriction = by.m_combinedFriction;
-        point.m_combinedRollingFriction = by.m_combinedRollingFriction;
-        point.m_combinedSpinningFriction = by.m_combinedSpinningFriction;
-        point.m_combinedRestitution = by.m_combinedRestitution;
+        renewPoint(by, point);
         point.m_partId0 = by.m_partId0;
         point.m_partId1 = by.m_partId1;
         point.m_index0 = by.m_index0;
         point.m_index1 = by.m_index1;
-        point.m_contactPointFlags = 0;
-        point.m_contactMotion1 = point.m_contactMotion2 = 0;
-        point.m_contactCFM = point.m_contactERP = point.m_frictionCFM = 0;
     }
 
     /// A point that the patch does not renew.

@@ -40,7 +40,7 @@ bool isBox(const btCollisionObjectWrapper& body)
 BoxBoxAlgorithm::BoxBoxAlgorithm(IsaGjkRegistration& isaGjk, btPersistentManifold* manifold,
                                  const btCollisionAlgorithmConstructionInfo& info,
                                  const btCollisionObjectWrapper* a, const btCollisionObjectWrapper* b)
-    : btActivatingCollisionAlgorithm(info, a, b), m_isaGjk(isaGjk), m_manifold(manifold)
+    : btActivatingCollisionAlgorithm(info, a, b), m_keeper(isaGjk), m_manifold(manifold)
 {
     if (m_manifold != nullptr ||
         !m_dispatcher->needsCollision(a->getCollisionObject(), b->getCollisionObject()))
@@ -53,11 +53,11 @@ BoxBoxAlgorithm::~BoxBoxAlgorithm()
 {
     if (m_ownsManifold)
         m_dispatcher->releaseManifold(m_manifold);
-    m_isaGjk.leave();
+    m_keeper.isaGjk().leave();
 }
 
 void BoxBoxAlgorithm::processCollision(const btCollisionObjectWrapper* a, const btCollisionObjectWrapper* b,
-                                       const btDispatcherInfo&, btManifoldResult* result)
+                                       const btDispatcherInfo& info, btManifoldResult* result)
 {
     // Bullet's pool is full, or the dispatcher's filter excludes the pair.
     if (m_manifold == nullptr)
@@ -65,36 +65,43 @@ void BoxBoxAlgorithm::processCollision(const btCollisionObjectWrapper* a, const 
     result->setPersistentManifold(m_manifold);
     // They are used once the contact is known.
     prefetchPoints(*m_manifold);
+    HullUse unused[2];
+    const ContactCall call = {m_keeper.isaGjk(), *a, *b, info, *result, *m_manifold, unused};
+    if (m_ownsManifold && m_keeper.keep(call))
+        return;
     BoxContact<btScalar> contact;
     contact.count = 0;
     if (isBox(*a) && isBox(*b))
         collideBoxes(sourceOf(*a), sourceOf(*b), m_group, contact);
     count(contact.count > 0);
     if (contact.count > 0)
-        report(contact, *result);
+        report(contact, call);
     else if (m_ownsManifold && m_manifold->getNumContacts() > 0)
         result->refreshContactPoints();
 }
 
 void BoxBoxAlgorithm::count(bool isTouching)
 {
-    IsaGjkRegistration::Counters& counters = m_isaGjk.counters();
+    IsaGjkRegistration::Counters& counters = m_keeper.isaGjk().counters();
     (isTouching ? counters.touching : counters.separated).add(1);
     if (isTouching)
         counters.depths.add(1);
 }
 
-void BoxBoxAlgorithm::report(const BoxContact<btScalar>& contact, btManifoldResult& result)
+void BoxBoxAlgorithm::report(const BoxContact<btScalar>& contact, const ContactCall& call)
 {
+    btManifoldResult& result = call.result;
     if (m_ownsManifold && isExactly<btManifoldResult>(result) && updateManifold(contact, result, *m_manifold))
-        return;
+        return m_keeper.store(call);
     const btVector3 normal(contact.normal[0], contact.normal[1], contact.normal[2]);
     for (int i = 0; i < contact.count; ++i)
         result.addContactPoint(normal,
                                btVector3(contact.points[0][i], contact.points[1][i], contact.points[2][i]),
                                contact.distances[i]);
-    if (m_ownsManifold)
-        result.refreshContactPoints();
+    if (!m_ownsManifold)
+        return;
+    m_keeper.store(call);
+    result.refreshContactPoints();
 }
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

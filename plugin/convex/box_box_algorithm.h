@@ -3,6 +3,7 @@
 #pragma once
 
 #include "cullet/narrow/box/box_contact.h"
+#include "cullet/plugin/convex/kept_contacts.h"
 #include "cullet/plugin/isa_gjk.h"
 
 #include <BulletCollision/CollisionDispatch/btActivatingCollisionAlgorithm.h>
@@ -42,9 +43,9 @@ public:
 
 private:
     void count(bool isTouching);
-    void report(const BoxContact<btScalar>& contact, btManifoldResult& result);
+    void report(const BoxContact<btScalar>& contact, const ContactCall& call);
 
-    IsaGjkRegistration& m_isaGjk;
+    ContactKeeper m_keeper;
     btPersistentManifold* m_manifold;
     bool m_ownsManifold = false;
     BoxAxisGroup m_group = BoxAxisGroup::None;

@@ -60,7 +60,7 @@ IsaGjkAlgorithm::IsaGjkAlgorithm(IsaGjkRegistration& isaGjk, btPersistentManifol
       m_closestOnly(closestOnly),
       m_hasContacts(false),
       m_isSettled(true),
-      m_isaGjk(isaGjk),
+      m_keeper(isaGjk),
       m_manifold(manifold)
 {
     touch();
@@ -72,7 +72,7 @@ IsaGjkAlgorithm::~IsaGjkAlgorithm()
         m_dispatcher->releaseManifold(m_manifold);
     touch();
     untrack();
-    m_isaGjk.leave();
+    isaGjk().leave();
 }
 
 /// Marks the algorithm of a pair. That of a triangle, whose manifold is its parent's, of a child of a compound, or of a
@@ -81,13 +81,13 @@ void IsaGjkAlgorithm::touch() noexcept
 {
     const bool isOfTriangle = m_manifold != nullptr && !m_ownsManifold;
     if (!m_closestOnly && !isOfTriangle && !Recording::isInJob(m_dispatcher))
-        m_isaGjk.motions().pairs().touch(*this);
+        isaGjk().motions().pairs().touch(*this);
 }
 
 void IsaGjkAlgorithm::track(const btCollisionObject& a, const btCollisionObject& b)
 {
     untrack();
-    BodyMotions& motions = m_isaGjk.motions();
+    BodyMotions& motions = isaGjk().motions();
     std::uint32_t placeA = BodyMotions::kNone;
     try
     {
@@ -109,7 +109,7 @@ void IsaGjkAlgorithm::untrack() noexcept
     m_budget.forget();
     if (!isTracking())
         return;
-    BodyMotions& motions = m_isaGjk.motions();
+    BodyMotions& motions = isaGjk().motions();
     if (!motions.isAbandoned(m_places[0]))
         motions.pairs().remove();
     for (std::uint32_t& place : m_places)
@@ -147,6 +147,12 @@ void IsaGjkAlgorithm::processCollision(const btCollisionObjectWrapper* a, const 
     if (m_manifold == nullptr)
         return;
     m_breakingThreshold = m_manifold->getContactBreakingThreshold();
+    if (m_hasContacts && m_ownsManifold &&
+        m_keeper.keep({isaGjk(), *a, *b, info, *result, *m_manifold, m_hulls}))
+    {
+        m_hasContacts = m_manifold->getNumContacts() > 0;
+        return;
+    }
     FailedProof failed;
     bool isSeparated;
     {
@@ -159,7 +165,7 @@ void IsaGjkAlgorithm::processCollision(const btCollisionObjectWrapper* a, const 
     }
     if (!isSeparated)
         return collideAndRefresh(ConvexPair(*a, *b), info, failed, *result);
-    count(m_isaGjk.counters().separated);
+    count(isaGjk().counters().separated);
     m_hasContacts = m_manifold->getNumContacts() > 0;
     if (m_hasContacts)
         refresh(*result);
@@ -185,12 +191,14 @@ void IsaGjkAlgorithm::collideAndRefresh(const ConvexPair& pair, const btDispatch
         m_hasContacts = false;
         return;
     }
-    const btConvexConvexAlgorithm::CreateFunc& stock = m_isaGjk.stock();
+    const btConvexConvexAlgorithm::CreateFunc& stock = isaGjk().stock();
     const bool needsPerturbation = stock.m_numPerturbationIterations > 0 &&
                                    m_cache.state != GjkState::Separated && !m_closestOnly &&
                                    m_manifold->getNumContacts() < stock.m_minimumPointsPerturbationThreshold;
     if (!isAnswered || needsPerturbation)
         runBulletAlgorithm(pair, info, result);
+    else if (m_ownsManifold && !m_closestOnly && m_cache.state != GjkState::Separated)
+        m_keeper.store({isaGjk(), *pair.wrapA, *pair.wrapB, info, result, *m_manifold, m_hulls});
     // Bullet's algorithm itself refreshes the manifold of two round shapes, even if it does not own it.
     const bool isRefreshed = !isAnswered && pair.a.isRound() && pair.b.isRound() &&
                              (pair.a.kind == ConvexKind::Capsule || pair.b.kind == ConvexKind::Capsule);
@@ -203,7 +211,7 @@ void IsaGjkAlgorithm::collideAndRefresh(const ConvexPair& pair, const btDispatch
 /// See HullCache::hullOf().
 std::uint64_t IsaGjkAlgorithm::passOf(bool isStep) const
 {
-    return isStep ? m_isaGjk.pass() : m_isaGjk.queryPass();
+    return isStep ? isaGjk().pass() : isaGjk().queryPass();
 }
 
 /// Whether the cached axis still separates the cores.
@@ -239,7 +247,7 @@ bool IsaGjkAlgorithm::isIdle(const btCollisionObject& a, const btCollisionObject
         // In a block of its own, so that the compiler can keep it in registers.
         const ConvexPair pair(a, b);
         AxisSurplus surplus;
-        if (axisStillSeparates(pair, pair.margins() + m_breakingThreshold, m_isaGjk.pass(), failed,
+        if (axisStillSeparates(pair, pair.margins() + m_breakingThreshold, isaGjk().pass(), failed,
                                usesBudget ? &surplus : nullptr))
         {
             if (usesBudget)
@@ -259,13 +267,13 @@ bool IsaGjkAlgorithm::findsSeparatingAxis(const btCollisionObject& a, const btCo
     if (pair.isLeftToBullet() || !canRunConcurrently(pair.a.shape.getShapeType()) ||
         !canRunConcurrently(pair.b.shape.getShapeType()))
         return false;
-    const ConvexCores cores(pair, failed.hulls, m_hulls, m_isaGjk.pass());
+    const ConvexCores cores(pair, failed.hulls, m_hulls, isaGjk().pass());
     if (!cores.haveCores(pair) || testSeparation(pair, cores, padLimit(pair, cores, limit), failed.axis,
                                                  m_cache) != GjkState::Separated)
         return false;
     AxisSurplus surplus;
     FailedProof unused;
-    if (usesBudget && axisStillSeparates(pair, limit, m_isaGjk.pass(), unused, &surplus))
+    if (usesBudget && axisStillSeparates(pair, limit, isaGjk().pass(), unused, &surplus))
         m_budget.set(surplus);
     return true;
 }
@@ -286,7 +294,7 @@ bool IsaGjkAlgorithm::findsSeparatingAxis(const btCollisionObject& a, const btCo
     if (m_closestOnly || touch.distance > limit)
         return result.addContactPoint(normal, onB, static_cast<btScalar>(touch.distance - marginA - marginB));
     const ContactPatch patch = makeContactPatch(
-        *cores.a, *cores.b, touch, {limit, m_breakingThreshold, m_isaGjk.options().patchPoints},
+        *cores.a, *cores.b, touch, {limit, m_breakingThreshold, isaGjk().options().patchPoints},
         {cores.fanA ? &*cores.fanA : nullptr, cores.fanB ? &*cores.fanB : nullptr});
     ManifoldRenewal renewal(*m_manifold);
     // A parent's manifold has points of other pairs; the result of a query has no points of this pair yet.
@@ -311,7 +319,7 @@ bool IsaGjkAlgorithm::findsSeparatingAxis(const btCollisionObject& a, const btCo
 void IsaGjkAlgorithm::reportTriangles(const ConvexPair& pair, const TriangleTouch& triangles,
                                       btScalar extraDistance, btManifoldResult& result)
 {
-    IsaGjkRegistration::Counters& counters = m_isaGjk.counters();
+    IsaGjkRegistration::Counters& counters = isaGjk().counters();
     m_cache = {};
     m_isSettled = true;
     GjkSearch<PosedShape, PosedShape>::rememberAxis(triangles.normal(), -1, -1, m_cache);
@@ -322,7 +330,7 @@ void IsaGjkAlgorithm::reportTriangles(const ConvexPair& pair, const TriangleTouc
     }
     m_cache.state = GjkState::Near;
     count(counters.touching);
-    const ConvexCores cores(pair, {}, m_hulls, m_isaGjk.queryPass());
+    const ConvexCores cores(pair, {}, m_hulls, isaGjk().queryPass());
     report(pair, cores, triangles.touchOf(cores), extraDistance, result);
 }
 
@@ -340,7 +348,7 @@ bool IsaGjkAlgorithm::collide(const ConvexPair& pair, const btDispatcherInfo& in
         // Exceptions of contact callbacks are passed on to the application.
         if (isReporting)
             throw;
-        count(m_isaGjk.counters().notConverged);
+        count(isaGjk().counters().notConverged);
         return false;
     }
 }
@@ -352,7 +360,7 @@ bool IsaGjkAlgorithm::collide(const ConvexPair& pair, const btDispatcherInfo& in
                                                                    btManifoldResult& result,
                                                                    bool& isReporting)
 {
-    IsaGjkRegistration::Counters& counters = m_isaGjk.counters();
+    IsaGjkRegistration::Counters& counters = isaGjk().counters();
     const bool isStep = isOfStep(result);
     const btScalar limit = limitOf(pair, m_breakingThreshold, result, isStep);
     if (!pair.isConvex() || !pair.a.isFinite() || !pair.b.isFinite())
@@ -418,9 +426,9 @@ GjkState IsaGjkAlgorithm::search(const ConvexPair& pair, ConvexCores& cores, btS
 {
     // The algorithm of a mesh's triangle exists for one query only.
     const bool isPersistentPair = pair.a.kind != ConvexKind::Triangle && pair.b.kind != ConvexKind::Triangle;
-    const bool makesPatch = !m_closestOnly && m_isaGjk.options().patchPoints > 1;
+    const bool makesPatch = !m_closestOnly && isaGjk().options().patchPoints > 1;
     const SearchSetup setup = {
-        pair, m_hulls, pass, isPersistentPair ? &m_epaCache : nullptr, makesPatch, m_isaGjk.counters().exact};
+        pair, m_hulls, pass, isPersistentPair ? &m_epaCache : nullptr, makesPatch, isaGjk().counters().exact};
     const ContactSearchResult found = searchSettled(setup, cores, limit, failed, m_isSettled, m_cache, touch);
     m_isSettled = found.isSettled;
     return found.state;
@@ -431,7 +439,7 @@ void IsaGjkAlgorithm::runBulletAlgorithm(const ConvexPair& pair, const btDispatc
 {
     // With a given manifold, Bullet's algorithm owns nothing, and its construction costs next to nothing.
     const btCollisionAlgorithmConstructionInfo construction(m_dispatcher, 0);
-    const btConvexConvexAlgorithm::CreateFunc& stock = m_isaGjk.stock();
+    const btConvexConvexAlgorithm::CreateFunc& stock = isaGjk().stock();
     btConvexConvexAlgorithm algorithm(m_manifold, construction, pair.wrapA, pair.wrapB, stock.m_pdSolver,
                                       stock.m_numPerturbationIterations,
                                       stock.m_minimumPointsPerturbationThreshold);
@@ -442,7 +450,7 @@ btScalar IsaGjkAlgorithm::calculateTimeOfImpact(btCollisionObject* a, btCollisio
                                                 const btDispatcherInfo& info, btManifoldResult* result)
 {
     const btCollisionAlgorithmConstructionInfo construction(m_dispatcher, 0);
-    btConvexConvexAlgorithm algorithm(m_manifold, construction, nullptr, nullptr, m_isaGjk.stock().m_pdSolver,
+    btConvexConvexAlgorithm algorithm(m_manifold, construction, nullptr, nullptr, isaGjk().stock().m_pdSolver,
                                       0, 0);
     return algorithm.calculateTimeOfImpact(a, b, info, result);
 }

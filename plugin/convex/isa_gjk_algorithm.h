@@ -6,6 +6,7 @@
 #include "cullet/narrow/gjk/gjk_types.h"
 #include "cullet/plugin/convex/body_motions.h"
 #include "cullet/plugin/convex/convex_pair.h"
+#include "cullet/plugin/convex/kept_contacts.h"
 #include "cullet/plugin/isa_gjk.h"
 #include "cullet/plugin/shapes/hull_cache.h"
 
@@ -85,12 +86,13 @@ public:
     bool isIdle(const btCollisionObject& a, const btCollisionObject& b);
 
 private:
+    IsaGjkRegistration& isaGjk() const { return m_keeper.isaGjk(); }
     void touch() noexcept;
     void untrack() noexcept;
     bool canUseBudget() const
     {
-        return isTracking() && !m_isaGjk.motions().isPaused(m_places[0]) &&
-               !m_isaGjk.motions().isPaused(m_places[1]);
+        return isTracking() && !isaGjk().motions().isPaused(m_places[0]) &&
+               !isaGjk().motions().isPaused(m_places[1]);
     }
     /// The results of a failed proof by the cached axis.
     struct FailedProof
@@ -127,7 +129,7 @@ private:
     bool m_closestOnly : 1;
     bool m_hasContacts : 1;  ///< may be true without contacts, if others share the manifold
     bool m_isSettled : 1;    ///< the last result did not depend on the start of its search
-    IsaGjkRegistration& m_isaGjk;
+    ContactKeeper m_keeper;
     btPersistentManifold* m_manifold;
     HullUse m_hulls[2];
     btScalar m_breakingThreshold = -1;  ///< negative: unknown

@@ -88,6 +88,52 @@ MeshQuery* MeshAlgorithm::query()
     return m_query.get();
 }
 
+/// Keeps the contacts of the last call and refreshes the manifold, if they still hold.
+///
+/// @param query [in, out] without contacts that do not hold
+/// @return whether they do
+bool MeshAlgorithm::keepContacts(MeshQuery& query, const ContactCall& call)
+{
+    if (query.kept == nullptr)
+        return false;
+    KeptMeshContacts& kept = *query.kept;
+    if (!call.mayKeep() || !kept.holdFor(call))
+    {
+        kept.forget();
+        return false;
+    }
+    // If this fails, a hash of the triangles will be stored.
+    if (!kept.haveTrianglesOf(static_cast<const btConcaveShape&>(*call.b.getCollisionShape())))
+        return false;
+    kept.renew(call);
+    call.result.refreshContactPoints();
+    m_isaGjk.counters().reused.add(1);
+    return true;
+}
+
+/// Stores the contacts that a pass has found, to keep them.
+void MeshAlgorithm::storeContacts(MeshQuery& query, const ContactCall& call, const TrianglePass& pass)
+{
+    if (query.kept != nullptr)
+        query.kept->forget();
+    if (!call.mayKeep() || call.manifold.getNumContacts() == 0)
+        return;
+    if (query.kept == nullptr)
+        query.kept.reset(new (std::nothrow) KeptMeshContacts);
+    if (query.kept == nullptr)
+        return;
+    query.kept->store(call);
+    pass.storeTriangles(*query.kept);
+}
+
+void MeshAlgorithm::runBulletsLoop(const btCollisionObjectWrapper* a, const btCollisionObjectWrapper* b,
+                                   const btDispatcherInfo& info, btManifoldResult* result)
+{
+    if (m_query != nullptr && m_query->kept != nullptr)
+        m_query->kept->forget();
+    btConvexConcaveCollisionAlgorithm::processCollision(a, b, info, result);
+}
+
 void MeshAlgorithm::processCollision(const btCollisionObjectWrapper* a, const btCollisionObjectWrapper* b,
                                      const btDispatcherInfo& info, btManifoldResult* result)
 {
@@ -95,18 +141,24 @@ void MeshAlgorithm::processCollision(const btCollisionObjectWrapper* a, const bt
     MeshQuery* const asked =
         canAsk(*convex.getCollisionShape(), *mesh.getCollisionShape(), info, *result) ? query() : nullptr;
     if (asked == nullptr)
-        return btConvexConcaveCollisionAlgorithm::processCollision(a, b, info, result);
-    const btCollisionShape* const core = coreOf(*convex.getCollisionShape(), *asked);
-    if (core == nullptr)
-        return btConvexConcaveCollisionAlgorithm::processCollision(a, b, info, result);
-    TrianglePass pass(m_isaGjk, *asked, *core, convex, mesh, *m_dispatcher, info, *result);
-    if (!pass.isPossible())
-        return btConvexConcaveCollisionAlgorithm::processCollision(a, b, info, result);
-
+        return runBulletsLoop(a, b, info, result);
     BT_PROFILE("btConvexConcaveCollisionAlgorithm::processCollision");
     result->setPersistentManifold(&asked->manifold);
     asked->manifold.setBodies(convex.getCollisionObject(), mesh.getCollisionObject());
+    const ContactCall call = {m_isaGjk, convex, mesh, info, *result, asked->manifold, asked->hulls};
+    if (keepContacts(*asked, call))
+        return;
+    const btCollisionShape* const core = coreOf(*convex.getCollisionShape(), *asked);
+    if (core == nullptr)
+        return runBulletsLoop(a, b, info, result);
+    TrianglePass pass(m_isaGjk, *asked, *core, convex, mesh, *m_dispatcher, info, *result);
+    if (!pass.isPossible())
+        return runBulletsLoop(a, b, info, result);
+    // Of a pair that has hardly moved.
+    if (asked->kept != nullptr && asked->kept->isStored())
+        pass.hashTriangles();
     pass.run();
+    storeContacts(*asked, call, pass);
     result->refreshContactPoints();
 }
 }  // namespace CULLET_PRECISION

@@ -12,6 +12,8 @@ namespace cullet
 {
 inline namespace CULLET_PRECISION
 {
+class TrianglePass;
+struct ContactCall;
 struct MeshQuery;
 
 /// The contacts of a convex shape with the triangles of a concave one; replaces Bullet's loop over triangles.
@@ -44,6 +46,10 @@ private:
     bool canAsk(const btCollisionShape& body, const btCollisionShape& mesh, const btDispatcherInfo& info,
                 const btManifoldResult& result) const;
     MeshQuery* query();
+    bool keepContacts(MeshQuery& query, const ContactCall& call);
+    void storeContacts(MeshQuery& query, const ContactCall& call, const TrianglePass& pass);
+    void runBulletsLoop(const btCollisionObjectWrapper* a, const btCollisionObjectWrapper* b,
+                        const btDispatcherInfo& info, btManifoldResult* result);
 
     bool m_isSwapped;
     IsaGjkRegistration& m_isaGjk;

@@ -191,18 +191,22 @@ void TrianglePass::run()
 void TrianglePass::readMesh()
 {
     const auto& shape = *static_cast<const btConcaveShape*>(m_mesh.getCollisionShape());
-    if (m_reading == Reading::Batch)
-        return forEachTriangle(shape, *this, m_boxMin, m_boxMax);
-    m_query.candidates.clear();
-    // A contact may be outside of the box by as much, and so may the neighbours there.
-    const btScalar more = m_limits.breakingThreshold;
+    // A contact whose edges are corrected may be outside of the box by as much, and so may the neighbours there.
+    const bool hasCandidates = m_reading == Reading::Candidates;
+    const btScalar more = hasCandidates ? m_limits.breakingThreshold : btScalar(0);
     const btVector3 grown(more, more, more);
-    forEachTriangle(shape, *this, m_boxMin - grown, m_boxMax + grown);
-    readCandidates();
+    m_readMin = m_boxMin - grown;
+    m_readMax = m_boxMax + grown;
+    m_query.candidates.clear();
+    forEachTriangle(shape, *this, m_readMin, m_readMax);
+    if (hasCandidates)
+        readCandidates();
 }
 
 void TrianglePass::processTriangle(btVector3* corners, int part, int index)
 {
+    if (m_hash)
+        m_hash->add(corners, part, index);
     if (m_reading == Reading::Batch)
         return addToBatch(corners, part, index);
     try
@@ -217,6 +221,14 @@ void TrianglePass::processTriangle(btVector3* corners, int part, int index)
         m_query.candidates.clear();
         addToBatch(corners, part, index);
     }
+}
+
+void TrianglePass::storeTriangles(KeptMeshContacts& kept) const
+{
+    if (m_hash)
+        kept.setTriangles(m_readMin, m_readMax, *m_hash);
+    else
+        kept.forgetTriangles();
 }
 
 void TrianglePass::readCandidates()

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "cullet/plugin/mesh/convex_mesh_hull.h"
+#include "cullet/plugin/mesh/kept_triangles.h"
 #include "cullet/plugin/mesh/mesh_points.h"
 #include "cullet/plugin/mesh/triangle_batch.h"
 #include "cullet/plugin/mesh/triangle_search.h"
@@ -13,6 +14,7 @@
 
 #include <array>
 #include <cstddef>
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -43,6 +45,7 @@ struct MeshQuery
     std::vector<TriangleMemory> next;                 ///< of this step
     std::vector<TriangleBatch::Triangle> candidates;  ///< of this step, for IsaGjkOptions::activeEdges
     ConvexMeshHull convexMesh;                        ///< of the convex body, if it is a mesh
+    std::unique_ptr<KeptMeshContacts> kept;  ///< for IsaGjkOptions::reusePose; null before there are any
 };
 
 /// One call of a MeshAlgorithm: reads the triangles in the convex body's box, drops those that cannot touch, finds where
@@ -63,6 +66,11 @@ public:
 
     /// False for a pose that is no rotation or not finite.
     bool isPossible() const { return m_frame.isUsable(); }
+
+    /// Lets run() hash the triangles that it reads.
+    void hashTriangles() { m_hash.emplace(); }
+    /// The triangles that run() has hashed, and the box in which they are.
+    void storeTriangles(KeptMeshContacts& kept) const;
 
     void run();
 
@@ -119,6 +127,8 @@ private:
     CoreFrame m_frame;
     MeshLimits m_limits;
     btVector3 m_boxMin, m_boxMax;            ///< of the convex body, in the mesh's frame
+    btVector3 m_readMin, m_readMax;          ///< the box whose triangles are read
+    std::optional<TriangleHash> m_hash;      ///< of the triangles that are read, if there shall be one
     std::optional<TriangleSearch> m_search;  ///< exists once there are triangles
     CoreBounds m_bounds;
     std::array<UsedAxis, MeshQuery::kAxes> m_axes;

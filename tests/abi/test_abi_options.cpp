@@ -10,9 +10,11 @@
 #include <BulletCollision/CollisionShapes/btBvhTriangleMeshShape.h>
 #include <BulletCollision/CollisionShapes/btTriangleMesh.h>
 
+#include <cmath>
 #include <functional>
 #include <limits>
 #include <set>
+#include <utility>
 
 namespace cullet::test
 {
@@ -207,6 +209,46 @@ TEST(CInterface, MakesContactsOfMeshesAsLinkedWithTheSameOptions)
         EXPECT_EQ(hash, slideOverMesh([&](auto& dispatcher) { registerIsaGjk(dispatcher, linked); }))
             << one.name;
         EXPECT_TRUE(hashes.insert(hash).second) << one.name << " changes nothing";
+    }
+}
+
+TEST(CInterface, KeepsContactsAsLinkedWithTheSameOptions)
+{
+    const Library library;
+    const auto enlist = LOADED(library, cullet_isa_gjk_register);
+    std::set<std::uint64_t> hashes;
+    for (const double distance : {0.0, 0.002, 0.01})
+    {
+        for (const double angle : {0.0, 0.001})
+        {
+            if (distance == 0 && angle != 0)
+                continue;
+            auto options = sized<cullet_isa_gjk_options>();
+            options.reuse_distance = distance;
+            options.reuse_angle = angle;
+            IsaGjkOptions linked;
+            linked.reusePose.distance = btScalar(distance);
+            if (angle != 0)
+                linked.reusePose.angle = btScalar(angle);
+            const std::uint64_t hash = slideOverMesh(
+                [&](auto& dispatcher)
+                { EXPECT_EQ(enlist(sizeof(btScalar), &dispatcher, &options, nullptr), CULLET_OK); });
+            EXPECT_EQ(hash, slideOverMesh([&](auto& dispatcher) { registerIsaGjk(dispatcher, linked); }));
+            EXPECT_TRUE(hashes.insert(hash).second) << distance << ", " << angle << " changes nothing";
+        }
+    }
+    btDefaultCollisionConfiguration configuration;
+    btCollisionDispatcher dispatcher(&configuration);
+    const double nan = std::nan("");
+    for (const auto& wrong : {std::pair(-1.0, 0.0), std::pair(0.01, -0.1), std::pair(0.01, 1.5),
+                              std::pair(nan, 0.0), std::pair(0.01, nan), std::pair(1e300, 0.0)})
+    {
+        auto options = sized<cullet_isa_gjk_options>();
+        options.reuse_distance = wrong.first;
+        options.reuse_angle = wrong.second;
+        const bool isRange = sizeof(btScalar) == 8 && wrong.first == 1e300;
+        EXPECT_EQ(enlist(sizeof(btScalar), &dispatcher, &options, nullptr),
+                  isRange ? CULLET_OK : CULLET_ERROR_ARGUMENT);
     }
 }
 

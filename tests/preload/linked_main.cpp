@@ -17,6 +17,8 @@ int main(int, char** arguments)
     cullet::IsaGjkOptions options;
     if (arguments[1] == std::string("one-point"))
         options.patchPoints = 1;
+    if (arguments[1] == std::string("keeping"))
+        options.reusePose.distance = btScalar(0.002);
     if (arguments[1] == std::string("bullets-boxes"))
         options.boxPairs = cullet::BoxPairs::Bullet;
     if (arguments[1] != std::string("broad"))

@@ -146,6 +146,21 @@ TEST_P(PreloadedLibrary, LimitsThePointsOfAPatchWhenAskedTo)
     }
 }
 
+TEST_P(PreloadedLibrary, KeepsContactsWhenAskedTo)
+{
+    const std::string without = hash(linked("narrow"));
+    const std::string with = hash(linked("keeping"));
+    EXPECT_NE(with, without) << "the hash cannot tell the option";
+    EXPECT_EQ(hash(kPreloaded + "CULLET_REUSE_POSE=0.002 " + plain("stack")), with);
+    EXPECT_EQ(hash(kPreloaded + "CULLET_REUSE_POSE=0 " + plain("stack")), without);
+    for (const std::string value : {"-1", "2", "far", "0.1m", "nan"})
+    {
+        const Output output = run(kPreloaded + "CULLET_REUSE_POSE=" + value + " " + plain("stack"));
+        EXPECT_TRUE(output.has("CULLET_REUSE_POSE=" + value + ": 0 to 1 expected")) << output.text;
+        EXPECT_EQ(output.line("hash"), without) << value;
+    }
+}
+
 TEST_P(PreloadedLibrary, LeavesBoxesToBulletWhenAskedTo)
 {
     const std::string own = hash(linked("narrow")), bullets = hash(linked("bullets-boxes"));

@@ -28,11 +28,13 @@ std::unique_ptr<btCollisionDispatcher> makeDispatcher(const WorldSceneOptions& o
     {
         DispatcherOptions own;
         own.threads = options.threads;
+        own.isaGjk.reusePose.distance = static_cast<btScalar>(options.reuse);
         return std::make_unique<Dispatcher>(&configuration, own);
     }
     auto dispatcher = std::make_unique<btCollisionDispatcher>(&configuration);
     IsaGjkOptions isaGjk;
     isaGjk.activeEdges = options.narrow == "active-edges";
+    isaGjk.reusePose.distance = static_cast<btScalar>(options.reuse);
     if (options.narrow == "isa-gjk" || isaGjk.activeEdges)
         registerIsaGjk(*dispatcher, isaGjk);
     else if (options.narrow != "bullet")

@@ -31,6 +31,7 @@ struct WorldSceneOptions
     std::string backend = "auto";        ///< broad phase: one of broadphaseNames()
     std::string update = "bullet";       ///< update of the boxes: one of boxUpdateNames()
     std::string solver = "bullet";       ///< of constraints: one of solverNames()
+    double reuse = 0;                    ///< IsaGjkOptions::reusePose of narrow: its distance in metres
     bool isMt = false;                   ///< Bullet's own multithreaded world; narrow and update are ignored
     int threads = 0;                ///< of backend, narrow, update and isMt; 0: as many as the machine has
     std::vector<HullPoints> hulls;  ///< shapes for the scenes that take meshes
