@@ -86,9 +86,6 @@ private:
     std::uint64_t m_tests = 0, m_mostTests = 0;
 };
 
-/// Bytes of a body in DBVT: a proxy of 88 bytes (120 in double builds) and two nodes of 64 (96), without malloc's overhead.
-constexpr std::uint64_t kDbvtBytesPerBody = sizeof(btScalar) == 4 ? 88 + 2 * 64 : 120 + 2 * 96;
-
 TEST(LossCases, TestEachPairOfMaskedCrowdAtMostOnceAndKeepNone)
 {
     constexpr std::uint64_t kBodies = 2000;
