@@ -121,7 +121,6 @@ room(plugin MAY base base/threads broad broad/queries cuda plugin/core plugin/pa
 
 # Against those arrows still: parts of one class in several rooms, and options in the header that users include.
 set(back_edges
-    "broad/psap/update/upload_steps.h broad/psap/verlet/neighbour_steps.h"
     "plugin/(convex|mesh)/[a-z_]+.(h|cpp) plugin/isa_gjk.h"
     "plugin/pair_sync/(backend_choice|pair_sync).h plugin/broadphase.h"
     "plugin/shapes/hull_cache.h plugin/isa_gjk.h")
