@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #include "cullet/broad/grid/resting/verlet_update.h"
 
-#include "cullet/broad/pairs/pair_set.h"
+#include "cullet/broad/pairs/pair_table.h"
 
 #include <algorithm>
 #include <array>

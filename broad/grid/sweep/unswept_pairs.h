@@ -3,7 +3,7 @@
 #pragma once
 
 #include "cullet/broad/grid/update/grid_core.h"
-#include "cullet/broad/pairs/pair_set.h"
+#include "cullet/broad/pairs/pair_table.h"
 
 #include <cstdint>
 #include <vector>

@@ -3,7 +3,7 @@
 #include "cullet/broad/grid/update/grid_core.h"
 
 #include "cullet/base/bytes_of.h"
-#include "cullet/broad/pairs/pair_set.h"
+#include "cullet/broad/pairs/pair_table.h"
 
 namespace cullet
 {
