@@ -111,10 +111,10 @@ void SapBackend::removeLeaving()
         axis.remove(m_isLeaving);
     const std::size_t firstEnded = m_touched.size();
     m_overlapping.forEach(
-        [&](std::uint64_t key)
+        [&](const PairSlot& slot)
         {
-            if (m_isLeaving[firstRow(key)] != 0 || m_isLeaving[secondRow(key)] != 0)
-                m_touched.push_back(key);
+            if (m_isLeaving[firstRow(slot.key)] != 0 || m_isLeaving[secondRow(slot.key)] != 0)
+                m_touched.push_back(slot.key);
         });
     for (std::size_t i = firstEnded; i < m_touched.size(); ++i)
         m_overlapping.erase(m_touched[i]);

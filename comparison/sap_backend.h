@@ -3,7 +3,7 @@
 #pragma once
 
 #include "cullet/broad/backend.h"
-#include "cullet/broad/pairs/pair_set.h"
+#include "cullet/broad/pairs/pair_table.h"
 #include "cullet/comparison/sap_endpoints.h"
 
 #include <array>

@@ -80,10 +80,10 @@ room(broad/queries MAY base base/trees broad broad/boxes)
 room(broad/grid/columns MAY base base/threads broad broad/boxes)
 room(broad/grid/kernels MAY base broad broad/boxes broad/grid/columns)
 room(broad/small MAY base broad broad/boxes broad/pairs broad/grid/columns)
-room(broad/grid/moving MAY base broad broad/boxes broad/pairs broad/grid/columns)
-room(broad/grid/resting MAY base broad broad/boxes broad/pairs broad/grid/columns)
-room(broad/grid MAY base base/threads broad broad/boxes broad/pairs broad/small broad/grid/columns broad/grid/moving
-    broad/grid/resting)
+room(broad/grid/update MAY base base/threads broad broad/boxes broad/pairs broad/grid/columns)
+room(broad/grid/sweep MAY base base/threads broad broad/boxes broad/pairs broad/grid/columns broad/grid/update)
+room(broad/grid/resting MAY base broad broad/boxes broad/pairs broad/grid/columns broad/grid/update)
+room(broad/grid MAY base broad broad/boxes broad/pairs broad/small broad/grid/resting broad/grid/sweep broad/grid/update)
 room(broad/brute MAY base broad broad/boxes broad/pairs)
 room(broad/psap/data MAY broad)
 room(broad/psap/exec MAY base base/threads broad broad/psap/data)
@@ -121,9 +121,6 @@ room(plugin MAY base base/threads broad broad/queries cuda plugin/core plugin/pa
 
 # Against those arrows still: parts of one class in several rooms, and options in the header that users include.
 set(back_edges
-    "broad/grid/moving/[a-z_]+.cpp broad/grid/column_grid_backend.h"
-    "broad/grid/resting/[a-z_]+.cpp broad/grid/column_grid_backend.h"
-    "broad/psap/update/upload_steps.h broad/psap/verlet/neighbour_steps.h"
     "plugin/(convex|mesh)/[a-z_]+.(h|cpp) plugin/isa_gjk.h"
     "plugin/pair_sync/(backend_choice|pair_sync).h plugin/broadphase.h"
     "plugin/shapes/hull_cache.h plugin/isa_gjk.h")

@@ -85,9 +85,9 @@ public:
     void restart(const Pairs& known) override
     {
         m_known = known;
-        m_isFresh = true;
+        m_lastWords = Words::Unknown;
         m_heldCount = 0;
-        m_isHeldListed = true;
+        m_held = Held::Listed;
         m_neighbours.forget();
     }
 
@@ -109,15 +109,14 @@ private:
         m_stats.candidates = 0;
         m_stats.bytesMoved = 0;
         m_stats.stages.clear();
-        const bool hasFilters = view.filters != nullptr;
-        if (!m_isFresh && view.dirtyCount == 0 && view.margin == m_margin && hasFilters == m_hadFilters)
+        m_words = view.filters != nullptr ? Words::Present : Words::Absent;
+        if (m_words == m_lastWords && view.dirtyCount == 0 && view.margin == m_margin)
         {
             delta.clear();
             return;
         }
-        m_retestAll = m_hadFilters && !hasFilters;
         m_vanished.clear();
-        if (m_isFresh)
+        if (m_lastWords == Words::Unknown)
             begin(view);
         m_neighbours.choose(view);
         m_exec.dropStages();
@@ -138,8 +137,7 @@ private:
         m_exec.collectStages(m_stats.stages);
         m_stats.bytesMoved = m_exec.collectBytesMoved();
         m_margin = view.margin;
-        m_hadFilters = hasFilters;
-        m_isFresh = false;
+        m_lastWords = m_words;
         m_updateCounters.markNextEmpty();
     }
 
@@ -148,14 +146,13 @@ private:
     {
         m_rows.forget();
         m_undecided.setFree(false);
-        m_retestAll = false;
         std::vector<RowPair> held;
         splitKnown(m_known, view, held, m_vanished);
         m_heldCount = held.size();
-        m_exec.reserve(m_held, std::max<std::uint64_t>(m_heldCount, m_options.initialCapacity));
-        m_exec.uploadAndWait(m_held.data(), held.data(), held.size());
-        m_exec.reserve(m_heldDepths, m_held.size());
-        m_areDepthsKnown = false;
+        m_exec.reserve(m_heldPairs, std::max<std::uint64_t>(m_heldCount, m_options.initialCapacity));
+        m_exec.uploadAndWait(m_heldPairs.data(), held.data(), held.size());
+        m_exec.reserve(m_heldDepths, m_heldPairs.size());
+        m_held = Held::Listed;
     }
 
     /// Empties the lists of this update, and reserves them as far as their sizes are known.
@@ -171,7 +168,6 @@ private:
         m_undecided.use(m_exec);
         m_rowsSettled = 0;
         m_isMotionKnown = true;
-        m_isKeptListed = false;
     }
 
     /// Settles the held pairs of the rows before `end`, which are in place, while later rows are being uploaded.
@@ -180,7 +176,7 @@ private:
         if (m_neighbours.isFollowed())
             return;  // the list takes as long for some of the pairs as for all
         // Filter words are uploaded after the boxes; pairs whose filter words have changed are always undecided.
-        if (view.filters != nullptr && !m_hadFilters)
+        if (view.filters != nullptr && m_lastWords != Words::Present)
             return;
         // Only once half of the missing rows are in place: each call reads all held pairs.
         if (view.size - end > (view.size - m_rowsSettled) / 2)
@@ -210,14 +206,14 @@ private:
         while (m_counts.lists.added > m_added.size())
         {
             m_exec.reserve(m_added, m_counts.lists.added);
-            if (!m_neighbours.canFollowAgain())
+            if (m_neighbours.isReplaced())
                 return searchInstead();
             m_exec.clear(&counters()->lists, 1);
             follow(view.margin);
             fetchAgain(delta);
         }
         // Where m_kept was too short for all held pairs, the list that was begun from it is incomplete.
-        return !m_isKeptListed || heldCountAfter() <= m_kept.size() || searchInstead();
+        return !m_neighbours.isReplaced() || heldCountAfter() <= m_kept.size() || searchInstead();
     }
 
     bool searchInstead()
@@ -232,7 +228,7 @@ private:
     void follow(float margin)
     {
         // Otherwise pairs may leave or enter although their boxes have not moved.
-        const bool areOthersUnchanged = margin >= m_margin && !m_retestAll;
+        const bool areOthersUnchanged = margin >= m_margin && !mustRetestAll();
         m_neighbours.follow(m_exec, m_rows.now(), m_rows.filters(),
                             areOthersUnchanged ? m_rows.sentRows() : nullptr, margin, heldLists());
     }
@@ -246,7 +242,7 @@ private:
         // Also the pairs before this update, in case it has to be searched: the list that stores them is discarded.
         listHeld(true);
         if (m_neighbours.grow(m_exec, rows(), m_rows.count()))
-            beginNeighbours({m_kept.data(), m_kept.size(), m_listedCounts.data() + 1}, true);
+            beginNeighbours({m_kept.data(), m_kept.size(), m_listedCounts.data() + 1});
     }
     /// Begins the next neighbour list after an update whose changes have been collected.
     void enqueueNextList()
@@ -257,33 +253,33 @@ private:
         if (!m_neighbours.grow(m_exec, rows(), m_rows.count()))
             return;
         m_exec.clear(&counters()->lists.lookups, 1);
-        beginNeighbours({m_held.data(), m_heldCount, nullptr}, false);
-        m_neighbours.adoptNextList(m_heldCount);
+        beginNeighbours({m_heldPairs.data(), m_heldCount, nullptr});
     }
 
-    /// Lists the pairs held before this update in m_held, where only the neighbour list stores them.
+    /// Lists the pairs held before this update in m_heldPairs, where only the neighbour list stores them.
     ///
     /// @param alsoCurrent also lists the pairs held after this update, which follows the neighbour list, in m_kept
     void listHeld(bool alsoCurrent = false)
     {
-        if (m_isHeldListed && !alsoCurrent)
+        const bool isListed = m_held != Held::InNeighbourList;
+        if (isListed && !alsoCurrent)
             return;
-        m_exec.reserve(m_held, m_heldCount);
+        m_exec.reserve(m_heldPairs, m_heldCount);
         m_exec.clear(m_listedCounts.data(), 2);
-        const PairList before = {m_held.data(), m_held.size(), m_listedCounts.data()};
+        const PairList before = {m_heldPairs.data(), m_heldPairs.size(), m_listedCounts.data()};
         const PairList now = {m_kept.data(), m_kept.size(), m_listedCounts.data() + 1};
-        m_neighbours.listHeld(m_exec, m_isHeldListed ? nullptr : &before, alsoCurrent ? &now : nullptr);
-        m_isHeldListed = true;
-        m_isKeptListed = alsoCurrent;
+        m_neighbours.listHeld(m_exec, isListed ? nullptr : &before, alsoCurrent ? &now : nullptr);
+        if (!isListed)
+            m_held = Held::Listed;
     }
 
-    void beginNeighbours(const PairListView& held, bool isEarly)
+    void beginNeighbours(const PairListView& held)
     {
         m_exec.beginStage("near pairs");
         buildWithSkins();
         m_undecided.grow(m_exec, m_neighbours.lookups() + m_neighbours.lookups() / 4);
         m_undecided.use(m_exec);
-        m_neighbours.begin(m_exec, m_search, isEarly, held, m_rows.now(), m_rows.filters(), table());
+        m_neighbours.begin(m_exec, m_search, held, m_rows.now(), m_rows.filters(), table());
         m_undecided.setFree(true);
         m_exec.collectTestCount();
     }
@@ -372,9 +368,9 @@ private:
 
     BoxHistory history()
     {
-        const bool hasMotion = m_isMotionKnown && !m_retestAll;
-        return {m_rows.now(),     m_rows.old(), m_rows.filters(),
-                m_rows.changes(), m_retestAll,  hasMotion ? &m_updateCounters.current()->motion : nullptr};
+        const bool hasMotion = m_isMotionKnown && !mustRetestAll();
+        return {m_rows.now(),     m_rows.old(),    m_rows.filters(),
+                m_rows.changes(), mustRetestAll(), hasMotion ? &m_updateCounters.current()->motion : nullptr};
     }
 
     /// Settles the held pairs whose higher row is in the span.
@@ -383,11 +379,13 @@ private:
     void settle(float margin, RowSpan span)
     {
         const HeldLists lists = heldLists();
-        const bool canSkipUnchanged = margin >= m_margin && !m_isFresh && !m_rows.haveAllChanged();
-        m_exec.forEachPartition(m_heldCount,
-                                SettleHeld{m_held.data(), m_areDepthsKnown ? m_heldDepths.data() : nullptr,
-                                           history(), margin, canSkipUnchanged, span, table()},
-                                DepthList{lists.kept, m_keptDepths.data()}, lists.removed);
+        const bool canSkipUnchanged =
+            margin >= m_margin && m_lastWords != Words::Unknown && !m_rows.haveAllChanged();
+        m_exec.forEachPartition(
+            m_heldCount,
+            SettleHeld{m_heldPairs.data(), m_held == Held::ListedWithDepths ? m_heldDepths.data() : nullptr,
+                       history(), margin, canSkipUnchanged, span, table()},
+            DepthList{lists.kept, m_keptDepths.data()}, lists.removed);
     }
 
     HeldLists heldLists() const
@@ -461,15 +459,41 @@ private:
 
     void adoptHeld()
     {
-        const bool isFollowed = m_neighbours.isFollowed();
         m_heldCount = heldCountAfter();
-        m_isHeldListed = !isFollowed || m_isKeptListed;
-        m_areDepthsKnown = !isFollowed;
-        if (!m_isHeldListed)
+        m_held = !m_neighbours.isFollowed()  ? Held::ListedWithDepths
+                 : m_neighbours.isReplaced() ? Held::Listed
+                                             : Held::InNeighbourList;
+        if (m_held == Held::InNeighbourList)
             return;
-        std::swap(m_held, m_kept);
+        std::swap(m_heldPairs, m_kept);
         std::swap(m_heldDepths, m_keptDepths);
     }
+
+    /// Where the held pairs of the last update are:
+    ///
+    ///                 update that is searched
+    ///   Listed -----------------------------------> ListedWithDepths <-.
+    ///    ^  |  update that follows the list            |           |   | searched
+    ///    |  '------------> InNeighbourList <-----------'           '---'
+    ///    |    listHeld(), list replaced |
+    ///    '------------------------------'
+    enum class Held : std::uint8_t
+    {
+        InNeighbourList,  ///< as flags of the neighbour list only
+        Listed,           ///< in m_heldPairs
+        ListedWithDepths  ///< and their depths in m_heldDepths
+    };
+
+    /// The filter words of an update.
+    enum class Words : std::uint8_t
+    {
+        Unknown,  ///< there was no update since restart()
+        Absent,
+        Present
+    };
+
+    /// Whether filter words excluded pairs until now, so that boxes do not tell what was held.
+    bool mustRetestAll() const { return m_lastWords == Words::Present && m_words == Words::Absent; }
 
     SearchOptions m_options;
     const char* m_name;
@@ -479,21 +503,18 @@ private:
     PairListUpdate<Exec> m_neighbours;
     BackendStats m_stats;
 
-    bool m_isFresh = true;
+    Words m_lastWords = Words::Unknown, m_words = Words::Unknown;
     Pairs m_known;                          ///< pairs handed over by restart()
     std::vector<std::uint64_t> m_vanished;  ///< ids of known pairs whose proxies no longer exist
-    bool m_hadFilters = false, m_retestAll = false;
     float m_margin = 0;
 
     std::uint32_t m_rowsSettled = 0;  ///< rows settled before the upload is complete
     std::uint64_t m_heldCount = 0;
-    bool m_isHeldListed = true;            ///< held pairs are in m_held; otherwise only in m_neighbours
-    bool m_isKeptListed = false;           ///< pairs held after this update are in m_kept
+    Held m_held = Held::Listed;
     Buffer<std::uint64_t> m_listedCounts;  ///< numbers of pairs in both
-    Buffer<RowPair> m_held, m_kept, m_added, m_removed;
+    Buffer<RowPair> m_heldPairs, m_kept, m_added, m_removed;
     Buffer<float> m_heldDepths, m_keptDepths;  ///< as in DepthList
-    bool m_areDepthsKnown = false;
-    bool m_isMotionKnown = true;  ///< BoxHistory::motion is complete
+    bool m_isMotionKnown = true;               ///< BoxHistory::motion is complete
     UndecidedPairs<Exec> m_undecided;
     UpdateCounterBuffers<Exec> m_updateCounters;
     DeltaOutput<Exec> m_output;

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-//
-// Resting mode: pairs of awake boxes with each other, and with unbounded boxes, which are in no column.
-#include "cullet/broad/grid/column_grid_backend.h"
-#include "cullet/broad/grid/columns/pair_sinks.h"
+#include "cullet/broad/grid/resting/awake_boxes.h"
+
+#include "cullet/base/bytes_of.h"
+#include "cullet/broad/grid/resting/verlet_update.h"
 
 #include <algorithm>
 
@@ -13,99 +13,81 @@ namespace
 {
 constexpr std::size_t kQueryGrain = 1024;
 constexpr unsigned kPartsPerThread = 4;
-// Updates until awake boxes are ordered anew.
-constexpr std::uint32_t kOrderedUpdates = 64;
 // Updates that a list of awake pairs has to last to be worth its size, and updates without one after it did not.
 constexpr std::uint32_t kWorthUpdates = 3;
 constexpr std::uint32_t kWait = 16;
 }  // namespace
 
-/// Whether m_awakePairs holds all pairs that may change.
-bool ColumnGridBackend::areAwakePairsValid() const
+void AwakeBoxes::update(const ProxyView& view, float skin, bool areSomeNew)
 {
-    return std::none_of(m_parts.begin(), m_parts.end(),
-                        [](const NeighbourPart& part)
-                        { return part.hasLeftSkin || !part.unlistedPairs.empty(); });
-}
-
-void ColumnGridBackend::updateAwake(const ProxyView& view)
-{
-    const auto count = static_cast<std::uint32_t>(m_awake.size());
-    const bool isShared = m_workers.tasksFor(count, kQueryGrain) > 1;
-    // Many boxes have become awake, or boxes have moved far since the last ordering.
-    const bool isReordered = count > m_orderedCount + m_orderedCount / 8 || ++m_orderedAge > kOrderedUpdates;
+    ParallelLoops& workers = m_core.workers;
+    const auto count = static_cast<std::uint32_t>(rows().size());
+    const bool isShared = workers.tasksFor(count, kQueryGrain) > 1;
+    const bool isReordered = m_lists.needsOrder();
     if (isReordered)
-        orderAwake(view, isShared ? kPartsPerThread * m_workers.threads() : 1);
-    const bool isNew = isReordered || !m_outsideSkin.empty();
+        m_lists.order(view, isShared ? kPartsPerThread * workers.threads() : 1);
+    const bool isNew = isReordered || areSomeNew;
     if (isNew)
-        chooseAwakePairsSkin();
-    CollectingSink sink(m_workers.threads());
+        chooseSkin();
+    CollectingSink sink(workers.threads());
     // Few awake boxes are scanned by one thread while others update the lists, many by all threads.
-    const unsigned scans = isNew && isShared && m_awakeGrid.isForOneThread(count) ? 1 : 0;
-    m_workers.run(scans + static_cast<unsigned>(m_parts.size()),
-                  [&](unsigned task, unsigned worker)
-                  {
-                      if (task < scans)
-                          scanAwake(view, sink);
-                      else
-                          updateLists(view, task - scans, worker);
-                  });
-    for (const NeighbourPart& part : m_parts)
-        m_stats.candidates += part.pairs.size() - part.expiredCount;
-    if (!isNew && areAwakePairsValid())
+    const unsigned scans = isNew && isShared && m_grid.isForOneThread(count) ? 1 : 0;
+    workers.run(scans + m_lists.parts(),
+                [&](unsigned task, unsigned worker)
+                {
+                    if (task < scans)
+                        scan(view, skin, sink);
+                    else
+                        m_lists.update(view, m_skins, areSomeNew, task - scans, worker);
+                });
+    m_core.stats.candidates += m_lists.testedCount();
+    if (!isNew && !m_lists.haveLeftSkin())
     {
-        ++m_awakePairsAge;
-        m_stats.candidates += m_awakePairs.size();
-        updateChangeablePairs(view, m_awakePairs, 0);
+        ++m_age;
+        m_core.stats.candidates += m_pairs.size();
+        updateChangeablePairs(m_core, view, m_pairs, 0);
         return;
     }
     if (!isNew)
-        chooseAwakePairsSkin();
+        chooseSkin();
     if (scans == 0)
-        scanAwake(view, sink);
-    rebuildAwakePairs(view, sink);
+        scan(view, skin, sink);
+    rebuildPairs(view, sink);
 }
 
 /// Chooses the mean skin of the neighbour lists; none where the list would not last, since boxes become awake in
 /// nearly every update or are fast.
-void ColumnGridBackend::chooseAwakePairsSkin()
+void AwakeBoxes::chooseSkin()
 {
-    if (m_awakePairsSkin > 0.0f)
-        m_awakePairsWait = m_awakePairsAge < kWorthUpdates ? kWait : 0;
-    else if (m_awakePairsWait != 0)
-        --m_awakePairsWait;
-    m_awakePairsSkin = 0;
-    if (m_awakePairsWait == 0)
-    {
-        double sum = 0;
-        for (const NeighbourList& list : m_lists)
-            sum += std::max(list.skin, 0.0f);
-        m_awakePairsSkin = static_cast<float>(sum / static_cast<double>(m_lists.size()));
-    }
-    m_awakePairsAge = 0;
+    if (m_skins.skin > 0.0f)
+        m_wait = m_age < kWorthUpdates ? kWait : 0;
+    else if (m_wait != 0)
+        --m_wait;
+    m_skins.skin = m_wait == 0 ? m_lists.meanSkin() : 0.0f;
+    m_age = 0;
 }
 
-/// Finds all pairs of awake boxes that can overlap while no awake box moves farther than m_awakePairsSkin, and the
-/// pairs with unbounded boxes.
-void ColumnGridBackend::scanAwake(const ProxyView& view, CollectingSink& sink)
+/// Finds all pairs of awake boxes that can overlap while no awake box moves farther than the skin, and the pairs with
+/// unbounded boxes.
+void AwakeBoxes::scan(const ProxyView& view, float restingSkin, CollectingSink& sink)
 {
     GridInput input;
     input.boxes = view.boxes;
-    input.proxyRows = m_awake.data();
-    input.count = static_cast<std::uint32_t>(m_awake.size());
-    input.grow = kGrowFactor * m_awakePairsSkin;
-    m_awakeGrid.scan(input, sink, ColumnUse::Once);
-    findPairsWithUnbounded(view, sink);
+    input.proxyRows = rows().data();
+    input.count = static_cast<std::uint32_t>(rows().size());
+    input.grow = kGrowFactor * m_skins.skin;
+    m_grid.scan(input, sink, ColumnUse::Once);
+    findPairsWithUnbounded(view, restingSkin, sink);
 }
 
-void ColumnGridBackend::findPairsWithUnbounded(const ProxyView& view, CollectingSink& sink) const
+void AwakeBoxes::findPairsWithUnbounded(const ProxyView& view, float restingSkin, CollectingSink& sink) const
 {
-    const float skin = kGrowFactor * std::max(m_awakePairsSkin, m_skin);
-    for (const std::uint32_t large : m_grid.unbounded())
+    const float skin = kGrowFactor * std::max(m_skins.skin, restingSkin);
+    for (const std::uint32_t large : m_core.grid.unbounded())
     {
         if (m_states[large] != RowState::Resting)
             continue;
-        for (const std::uint32_t row : m_awake)
+        for (const std::uint32_t row : rows())
         {
             if (isValid(view.boxes[row]) && !areFarApart(view.boxes[row], view.boxes[large], skin))
                 sink.add({row, large});
@@ -113,16 +95,29 @@ void ColumnGridBackend::findPairsWithUnbounded(const ProxyView& view, Collecting
     }
 }
 
-void ColumnGridBackend::rebuildAwakePairs(const ProxyView& view, const CollectingSink& sink)
+void AwakeBoxes::rebuildPairs(const ProxyView& view, const CollectingSink& sink)
 {
-    m_awakePairsBoxes.resize(m_awake.size());
-    std::transform(m_awake.begin(), m_awake.end(), m_awakePairsBoxes.begin(),
+    m_skins.boxes.resize(rows().size());
+    std::transform(rows().begin(), rows().end(), m_skins.boxes.begin(),
                    [&](std::uint32_t row) { return view.boxes[row]; });
     std::vector<RowPair> held;
-    m_awakePairs.forEachHeld([&](RowPair pair) { held.push_back(pair); });
-    for (const NeighbourPart& part : m_parts)
-        held.insert(held.end(), part.unlistedPairs.begin(), part.unlistedPairs.end());
-    m_awakePairs.clear();
-    classifyPairs(view, sink, held, m_awakePairs);
+    const auto keep = [&](RowPair pair) { held.push_back(pair); };
+    m_pairs.forEachHeld(keep);
+    m_lists.forEachUnlisted(keep);
+    m_pairs.clear();
+    classifyPairs(m_core, view, sink, held, m_pairs);
+}
+
+void AwakeBoxes::clear()
+{
+    m_pairs.clear();
+    m_skins.boxes.clear();
+    m_skins.skin = 0;
+    m_lists.clear();
+}
+
+std::uint64_t AwakeBoxes::bytes() const
+{
+    return m_grid.bytes() + m_lists.bytes() + m_pairs.bytes() + bytesOf(m_skins.boxes);
 }
 }  // namespace cullet

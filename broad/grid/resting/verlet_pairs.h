@@ -2,9 +2,11 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include "cullet/broad/boxes/aabb_simd.h"
 #include "cullet/broad/grid/columns/column_soa.h"
 
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 namespace cullet
@@ -27,6 +29,10 @@ public:
     };
 
     void clear();
+
+    /// Held pairs whose reference boxes have at most this gap are persistent; NaN, as at first: none.
+    void setPersistentGap(float gap) { m_persistentGap = gap; }
+    bool isPersistent(const Aabb& a, const Aabb& b) const { return gapOf(a, b) <= m_persistentGap; }
 
     /// Adds a pair; all persistent pairs come first, finish() after the last pair.
     void add(RowPair pair, State state);
@@ -79,6 +85,7 @@ private:
     std::vector<RowPair> m_pairs;
     std::vector<State> m_states;
     std::size_t m_firstChangeable = 0;
+    float m_persistentGap = std::numeric_limits<float>::quiet_NaN();
     std::vector<std::uint32_t> m_offsets;  // [rows + 1] into m_items
     std::vector<std::uint32_t> m_items;    // pair indices, each twice
 };

@@ -3,7 +3,8 @@
 #pragma once
 
 #include "cullet/broad/backend.h"
-#include "cullet/broad/psap/verlet/neighbour_steps.h"
+#include "cullet/broad/psap/data/pair_lists.h"
+#include "cullet/broad/psap/data/skins.h"
 
 #include <cstdint>
 

@@ -7,7 +7,6 @@
 #include "cullet/broad/psap/verlet/pair_list_steps.h"
 
 #include <cstdint>
-#include <utility>
 
 namespace cullet::psap
 {
@@ -35,15 +34,17 @@ public:
     /// after it.
     void choose(const ProxyView& view)
     {
-        m_isFollowed = m_neighbours.chooseFollow(view.size, thinnest(view.margin));
+        bool hasList = m_neighbours.chooseFollow(view.size, thinnest(view.margin));
         // The list does not contain the new rows.
-        if (m_isFollowed && (view.anyChanges & (kRowCreated | kRowDestroyed)) != 0)
+        if (hasList && (view.anyChanges & (kRowCreated | kRowDestroyed)) != 0)
         {
             m_neighbours.policy().recordFollowed(kInfinity);
-            m_isFollowed = false;
+            hasList = false;
         }
+        if (!hasList)
+            stopFollowing();
     }
-    bool isFollowed() const { return m_isFollowed; }
+    bool isFollowed() const { return m_state >= State::New; }
     /// Discards the list, since the rows will be others.
     void forget() { m_neighbours.policy().forget(); }
 
@@ -60,8 +61,8 @@ public:
     /// What the upload of changed rows records of their motion.
     MotionRecorder motionRecorder(std::uint32_t* motion) const
     {
-        return {motion, m_isFollowed ? m_neighbours.reference() : nullptr,
-                m_isFollowed ? &m_counts.data()->displacement : nullptr};
+        return {motion, isFollowed() ? m_neighbours.reference() : nullptr,
+                isFollowed() ? &m_counts.data()->displacement : nullptr};
     }
 
     /// @param sentRows as FollowHeld::sentRows
@@ -94,27 +95,29 @@ public:
     {
         if (report().pairs > m_room)
         {
+            const bool hasOverflowed = report().pairs == kOverflowed;
             m_neighbours.recordOverflow(report().pairs);
-            m_hasOverflowed = report().pairs == kOverflowed;
-            m_isFollowed = false;
+            m_state = hasOverflowed ? State::Overflowed : State::None;
             return false;
         }
         const float displacement = floatOf(report().displacement);
-        if (!m_hasNextList)
+        if (m_state != State::Replaced)
             m_neighbours.policy().recordFollowed(displacement);
-        m_isFollowed = displacement <= kMostDisplacement;
-        return m_isFollowed;
+        if (displacement <= kMostDisplacement)
+            return true;
+        giveUp();
+        return false;
     }
-    /// Whether follow() may be called once more in this update: not where the next list has replaced this one
-    /// already.
-    bool canFollowAgain() const { return !m_isReplaced; }
-    /// Discards a list that was begun early, since the update is searched after all and the held pairs are others.
+    /// Whether this is the last update that follows the list: it is being replaced, so that follow() may not be called
+    /// again.
+    bool isReplaced() const { return m_state >= State::Ending; }
+    /// Discards the list, and one that was begun early, since the update is searched after all and the held pairs are
+    /// others.
     void giveUp()
     {
-        if (m_hasNextList)
+        if (m_state == State::Replaced)
             m_neighbours.policy().forget();
-        m_hasNextList = false;
-        m_isFollowed = false;
+        stopFollowing();
     }
 
     /// Completes the update.
@@ -122,22 +125,26 @@ public:
     /// @param held number of held pairs
     void recordUpdate(std::uint64_t held)
     {
-        if (!m_isFollowed && !m_hasOverflowed)
+        if (m_state == State::None)
             m_neighbours.recordSearchedSkin(NeighbourMode::Search);
-        if (!m_isFollowed)
+        if (!isFollowed())
             return;
         m_current = 1 - m_current;
-        if (m_isNew)
+        if (m_state == State::New)
             m_neighbours.recordBegun(report().pairs, m_heldAtBegin);
-        m_isNew = false;
-        adoptNextList(held);
+        if (m_state == State::Replaced)
+            adoptNextList(held);
+        else
+            m_state = State::Followed;
     }
 
     /// Decides whether the next list is begun after follow(), before its result is known.
     bool tryBeginEarly()
     {
-        m_isReplaced = m_neighbours.policy().tryBeginEarly();
-        return m_isReplaced;
+        if (!m_neighbours.policy().tryBeginEarly())
+            return false;
+        m_state = State::Ending;
+        return true;
     }
     /// Decides whether the next list is begun after recordUpdate().
     bool tryBegin(std::uint64_t count) { return m_neighbours.policy().tryBegin(count); }
@@ -154,20 +161,27 @@ public:
     }
     const Aabb* grown() const { return m_neighbours.grown(); }
     bool recordSearchedSkin() { return m_neighbours.recordSearchedSkin(NeighbourMode::Begin); }
-    /// Whether the last list is void because the search overflowed. Resets the flag.
-    bool collectOverflow() { return std::exchange(m_hasOverflowed, false); }
+    /// Whether there is no list because the search for the last one overflowed. The next call returns false.
+    bool collectOverflow()
+    {
+        const bool hasOverflowed = m_state == State::Overflowed;
+        if (hasOverflowed)
+            m_state = State::None;
+        return hasOverflowed;
+    }
     /// Hysteresis pairs of the last list, which need the table.
     std::uint64_t lookups() const { return report().lookups; }
 
     /// Makes the search write the neighbouring pairs to the list, and computes which of them are held.
     ///
     /// @pre the search was built for grown()
-    /// @param isEarly result of tryBeginEarly()
+    /// @param held as of this update
     /// @param table empty, with a count of 0; empty again afterwards
     template <class Search>
-    void begin(Exec& exec, Search& search, bool isEarly, const PairListView& held, const Aabb* boxes,
-               const Filter* filters, const LookupTable& table)
+    void begin(Exec& exec, Search& search, const PairListView& held, const Aabb* boxes, const Filter* filters,
+               const LookupTable& table)
     {
+        const bool isEarly = m_state == State::Ending;
         m_neighbours.find(exec, search, m_counts.data());
         exec.forEach(held.room, InsertHysteresisPairs{held, boxes, filters, table});
         const unsigned current = isEarly ? 1 - m_current : m_current;
@@ -175,18 +189,10 @@ public:
                                                     m_neighbours.reference(), filters, table});
         exec.forEach(table.mask + 1,
                      FinishList{table, list(), exec.mappedForWriting(m_reports.data() + 1 - m_reportIndex)});
-        m_hasNextList = true;
-    }
-    /// Adopts a list that was not begun early: the next update will use it.
-    void adoptNextList(std::uint64_t held)
-    {
-        if (!m_hasNextList)
-            return;
-        m_hasNextList = false;
-        m_reportIndex = 1 - m_reportIndex;
-        m_room = m_neighbours.room();
-        m_heldAtBegin = held;
-        m_isNew = true;
+        if (isEarly)
+            m_state = State::Replaced;
+        else
+            adoptNextList(held.room);
     }
 
     void sample(Exec& exec, const RowBoxes& rows, std::uint64_t count)
@@ -198,6 +204,44 @@ private:
     template <class T>
     using Buffer = typename Exec::template Buffer<T>;
 
+    /// What is known of the neighbour list; from New on this update follows it. In braces what leads to a state:
+    ///
+    ///         {begin()}     {recordUpdate()}          {tryBeginEarly()}        {begin()}
+    ///   None ----------> New --------------> Followed ----------------> Ending ---------> Replaced
+    ///    ^ ^              |  ^                  |                          |                 |  |
+    ///    | '--------------+--|------------------+--------------------------+-----------------'  |
+    ///    |   {choose(), collectResult(), giveUp()}                                              |
+    ///    |                |  '------------------------------------------------------------------'
+    ///    |                v  {collectResult()}                {recordUpdate()}
+    ///    '----------- Overflowed
+    ///   {collectOverflow()}
+    enum class State : std::uint8_t
+    {
+        None,        ///< no list
+        Overflowed,  ///< no list, since the search for it overflowed
+        New,         ///< nobody has read the list's report
+        Followed,
+        Ending,   ///< as Followed, for the last time: the next list may overwrite this one
+        Replaced  ///< as Ending, and the next list was begun
+    };
+
+    void stopFollowing()
+    {
+        if (isFollowed())
+            m_state = State::None;
+    }
+
+    /// The next update will use the list that was begun.
+    ///
+    /// @param held number of held pairs
+    void adoptNextList(std::uint64_t held)
+    {
+        m_reportIndex = 1 - m_reportIndex;
+        m_room = m_neighbours.room();
+        m_heldAtBegin = held;
+        m_state = State::New;
+    }
+
     /// Slightly more than the margin, because of rounding: all held pairs must be in the list.
     static float thinnest(float margin) { return margin * (1 + 0x1p-10f); }
 
@@ -206,11 +250,7 @@ private:
     const NeighbourReport& report() const { return m_reports.data()[m_reportIndex]; }
 
     NeighbourStore<Exec> m_neighbours;
-    bool m_isFollowed = false;
-    bool m_isReplaced = false;
-    bool m_hasNextList = false;  ///< a list was begun that no update has followed yet
-    bool m_hasOverflowed = false;
-    bool m_isNew = false;             ///< the list's report has not been read yet
+    State m_state = State::None;
     std::uint64_t m_room = 0;         ///< room of the list in use
     std::uint64_t m_heldAtBegin = 0;  ///< held pairs when the list was begun
     unsigned m_current = 0;           ///< index of the flags of the last update

@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// The moving mode of the column grid where it keeps its columns from update to update, and its helpers.
+// The sweep mode of the column grid where it keeps its columns from update to update, and its helpers.
 
 #include "cullet/broad/grid/column_grid_backend.h"
-#include "cullet/broad/grid/resting/mode_policy.h"
+#include "cullet/broad/grid/update/mode_policy.h"
 #include "cullet/broad/limits.h"
 #include "cullet/broad/pairs/pair_sort.h"
 #include "cullet/tests/support/backend_session.h"

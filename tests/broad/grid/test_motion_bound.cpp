@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// The moving mode of the column grid finds a separating pair in a cell that both boxes touch: at any position, for any
+// The sweep mode of the column grid finds a separating pair in a cell that both boxes touch: at any position, for any
 // motion.
 
 #include "cullet/broad/grid/column_grid_backend.h"

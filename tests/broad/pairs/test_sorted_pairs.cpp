@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "cullet/broad/pairs/pair_set.h"
+#include "cullet/broad/pairs/pair_table.h"
 #include "cullet/broad/pairs/sorted_pairs.h"
 #include "cullet/tests/support/random.h"
 

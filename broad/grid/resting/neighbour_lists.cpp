@@ -1,12 +1,14 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-//
-// Resting mode: the neighbour lists of awake boxes, which hold resting boxes.
+#include "cullet/broad/grid/resting/neighbour_lists.h"
+
+#include "cullet/base/bytes_of.h"
 #include "cullet/broad/boxes/prefetch_box.h"
-#include "cullet/broad/grid/column_grid_backend.h"
+#include "cullet/broad/grid/resting/verlet_update.h"
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 namespace cullet
@@ -22,6 +24,8 @@ constexpr float kListSkinShare = 0.35f;
 constexpr float kSlowShare = 2.0f;
 // Expired pairs stay in memory until there are so many more of them than others.
 constexpr std::size_t kMaxExpired = 256;
+// Updates until awake boxes are ordered anew.
+constexpr std::uint32_t kOrderedUpdates = 64;
 
 /// Skin of the list of a box.
 float listSkinOf(const Aabb& box)
@@ -34,11 +38,11 @@ float listSkinOf(const Aabb& box)
 }  // namespace
 
 /// Adds the boxes that a query finds to the lists of the queried boxes.
-class ColumnGridBackend::NeighbourSink final : public PairSink
+class NeighbourLists::Sink final : public PairSink
 {
 public:
-    NeighbourSink(ColumnGridBackend& backend, const ProxyView& view, NeighbourPart& part)
-        : m_backend(backend), m_view(view), m_part(part)
+    Sink(NeighbourLists& lists, const ProxyView& view, Part& part)
+        : m_lists(lists), m_view(view), m_part(part)
     {
     }
 
@@ -47,7 +51,7 @@ public:
         for (std::uint32_t i = 0; i < found.count; ++i)
         {
             const RowPair pair = found.pair(i);
-            if (m_backend.m_states[pair.b] == RowState::Resting)
+            if (m_lists.m_states[pair.b] == RowState::Resting)
                 add(pair.a, pair.b);
         }
     }
@@ -56,58 +60,57 @@ private:
     void add(std::uint32_t query, std::uint32_t row)
     {
         const std::uint32_t index = m_part.stale[query];
-        const RowPair pair = {m_backend.m_awake[index], row};
+        const RowPair pair = {m_lists.m_rows[index], row};
         const bool wasHeld = m_part.held.erase(std::uint64_t{query} << 32 | row);
         if (!wasHeld && !mayEnter(m_view, pair))
             return;
-        NeighbourList& list = m_backend.m_lists[index];
+        List& list = m_lists.m_lists[index];
         if (list.count == 0)
             list.begin = static_cast<std::uint32_t>(m_part.pairs.size());
         ++list.count;
         m_part.pairs.add(pair, wasHeld ? VerletPairs::State::Overlapping : VerletPairs::State::Candidate);
     }
 
-    ColumnGridBackend& m_backend;
+    NeighbourLists& m_lists;
     const ProxyView& m_view;
-    NeighbourPart& m_part;
+    Part& m_part;
 };
 
 /// The awake boxes of a part. Boxes that became awake since the last ordering are in the last part.
-TaskRange ColumnGridBackend::rangeOf(unsigned part) const
+TaskRange NeighbourLists::rangeOf(unsigned part) const
 {
     const auto parts = static_cast<unsigned>(m_parts.size());
     TaskRange range(m_orderedCount, part, parts);
     if (part + 1 == parts)
-        range.end = static_cast<std::uint32_t>(m_awake.size());
+        range.end = static_cast<std::uint32_t>(m_rows.size());
     return range;
 }
 
-/// Updates the lists of a part, and reports the changes of their pairs.
-void ColumnGridBackend::updateLists(const ProxyView& view, unsigned part, unsigned worker)
+void NeighbourLists::update(const ProxyView& view, const AwakeSkins& awake, bool areSomeNew, unsigned part,
+                            unsigned worker)
 {
-    NeighbourPart& to = m_parts[part];
+    Part& to = m_parts[part];
     to.beginUpdate();
     const TaskRange range = rangeOf(part);
     for (std::uint32_t i = range.begin; i < range.end; ++i)
     {
-        prefetchBox(view.boxes + m_awake[std::min(i + kPrefetch, range.end - 1)]);
-        const Aabb& box = view.boxes[m_awake[i]];
-        const NeighbourList& list = m_lists[i];
+        prefetchBox(view.boxes + m_rows[std::min(i + kPrefetch, range.end - 1)]);
+        const Aabb& box = view.boxes[m_rows[i]];
+        const List& list = m_lists[i];
         if (list.skin < 0.0f || !isInsideSkin(box, list.box, list.skin))
             to.stale.push_back(i);
-        to.hasLeftSkin |=
-            i >= m_awakePairsBoxes.size() || !isInsideSkin(box, m_awakePairsBoxes[i], m_awakePairsSkin);
+        to.hasLeftSkin |= i >= awake.boxes.size() || !isInsideSkin(box, awake.boxes[i], awake.skin);
     }
-    if (!m_outsideSkin.empty())
+    if (areSomeNew)
         expireAwakePartners(to);
-    makeLists(view, part, worker);
-    updateChangeablePairs(view, to.pairs, worker);
+    makeLists(view, to, worker);
+    updateChangeablePairs(m_core, view, to.pairs, worker);
     if (2 * to.expiredCount > to.pairs.size() + kMaxExpired)
-        compactLists(part);
+        compact(part);
 }
 
-/// Expires the pairs whose resting box became awake; the held ones move to m_awakePairs.
-void ColumnGridBackend::expireAwakePartners(NeighbourPart& to) const
+/// Expires the pairs whose resting box became awake; the held ones have no list.
+void NeighbourLists::expireAwakePartners(Part& to) const
 {
     for (std::size_t i = 0; i < to.pairs.size(); ++i)
     {
@@ -122,11 +125,11 @@ void ColumnGridBackend::expireAwakePartners(NeighbourPart& to) const
 }
 
 /// Prepares the query for the neighbours of a box, and collects its held pairs.
-void ColumnGridBackend::prepareListQuery(const ProxyView& view, std::uint32_t index, NeighbourPart& to)
+void NeighbourLists::prepareQuery(const ProxyView& view, std::uint32_t index, Part& to)
 {
-    const Aabb& box = view.boxes[m_awake[index]];
+    const Aabb& box = view.boxes[m_rows[index]];
     const std::uint64_t query = to.queries.size();
-    NeighbourList& list = m_lists[index];
+    List& list = m_lists[index];
     const auto first = static_cast<std::ptrdiff_t>(to.keys.size());
     for (std::uint32_t i = list.begin; i < list.begin + list.count; ++i)
     {
@@ -138,7 +141,7 @@ void ColumnGridBackend::prepareListQuery(const ProxyView& view, std::uint32_t in
     std::sort(to.keys.begin() + first, to.keys.end());
 
     list.count = 0;
-    list.skin = NeighbourList::kUnmade;
+    list.skin = List::kUnmade;
     if (!isValid(box))
     {
         to.queries.push_back(kEmptyAabb);
@@ -150,48 +153,47 @@ void ColumnGridBackend::prepareListQuery(const ProxyView& view, std::uint32_t in
     to.queries.push_back(ColumnGrid::grown(box, kGrowFactor * (list.skin + 2.0f * view.margin)));
 }
 
-void ColumnGridBackend::makeLists(const ProxyView& view, unsigned part, unsigned worker)
+void NeighbourLists::makeLists(const ProxyView& view, Part& to, unsigned worker)
 {
-    NeighbourPart& to = m_parts[part];
     if (to.stale.empty())
         return;
     for (const std::uint32_t index : to.stale)
-        prepareListQuery(view, index, to);
+        prepareQuery(view, index, to);
     to.held.take(to.keys);
-    NeighbourSink sink(*this, view, to);
-    m_grid.query(to.queries.data(), static_cast<std::uint32_t>(to.queries.size()), worker, sink);
+    Sink sink(*this, view, to);
+    m_core.grid.query(to.queries.data(), static_cast<std::uint32_t>(to.queries.size()), worker, sink);
     to.held.forEach(
         [&](std::uint64_t key)
         {
-            const RowPair pair = {m_awake[to.stale[key >> 32]], static_cast<std::uint32_t>(key)};
+            const RowPair pair = {m_rows[to.stale[key >> 32]], static_cast<std::uint32_t>(key)};
             const Aabb& box = view.boxes[pair.a];
             if (isValid(box) && overlapsWithMargin(box, view.boxes[pair.b], view.margin))
                 to.unlistedPairs.push_back(pair);
             else
-                m_removed[worker].push(idsOf(view, pair));
+                m_core.delta.remove(view, pair, worker);
         });
 }
 
-/// Begins the list of a box that just became awake, with its held pairs of m_restingPairs.
-void ColumnGridBackend::beginList(std::uint32_t row)
+void NeighbourLists::add(std::uint32_t row, VerletPairs& resting)
 {
-    NeighbourPart& part = m_parts.back();
+    Part& part = m_parts.back();
     const std::size_t begin = part.pairs.size();
-    m_restingPairs.forEachOf(
+    resting.forEachOf(
         row,
         [&](std::size_t index)
         {
-            const RowPair pair = m_restingPairs.pair(index);
-            if (m_restingPairs.state(index) != VerletPairs::State::Candidate)
+            const RowPair pair = resting.pair(index);
+            if (resting.state(index) != VerletPairs::State::Candidate)
                 part.pairs.add({row, pair.a == row ? pair.b : pair.a}, VerletPairs::State::Overlapping);
-            m_restingPairs.setState(index, VerletPairs::State::Expired);
+            resting.setState(index, VerletPairs::State::Expired);
         });
-    m_lists.push_back({m_reference[row], NeighbourList::kUnmade, static_cast<std::uint32_t>(begin),
+    m_lists.push_back({m_core.reference[row], List::kUnmade, static_cast<std::uint32_t>(begin),
                        static_cast<std::uint32_t>(part.pairs.size() - begin)});
+    m_rows.push_back(row);
 }
 
 /// Appends the pairs of a list that have not expired.
-void ColumnGridBackend::moveList(const VerletPairs& from, NeighbourList& list, VerletPairs& to)
+void NeighbourLists::moveList(const VerletPairs& from, List& list, VerletPairs& to)
 {
     const std::size_t begin = to.size();
     for (std::uint32_t i = list.begin; i < list.begin + list.count; ++i)
@@ -203,7 +205,7 @@ void ColumnGridBackend::moveList(const VerletPairs& from, NeighbourList& list, V
     list.count = static_cast<std::uint32_t>(to.size() - begin);
 }
 
-void ColumnGridBackend::compactLists(unsigned part)
+void NeighbourLists::compact(unsigned part)
 {
     VerletPairs pairs;
     const TaskRange range = rangeOf(part);
@@ -213,30 +215,89 @@ void ColumnGridBackend::compactLists(unsigned part)
     m_parts[part].expiredCount = 0;
 }
 
-/// Orders awake boxes along the columns, and distributes them over the parts.
-void ColumnGridBackend::orderAwake(const ProxyView& view, unsigned parts)
+void NeighbourLists::order(const ProxyView& view, unsigned parts)
 {
-    std::vector<std::uint32_t> partOf(m_awake.size());
+    std::vector<std::uint32_t> partOf(m_rows.size());
     for (unsigned part = 0; part < m_parts.size(); ++part)
     {
         const TaskRange range = rangeOf(part);
         std::fill(partOf.begin() + range.begin, partOf.begin() + range.end, part);
     }
-    const std::vector<std::uint32_t> order = m_grid.orderAlongColumns(view.boxes, m_awake);
-    const std::vector<NeighbourPart> from = std::exchange(m_parts, std::vector<NeighbourPart>(parts));
-    const std::vector<std::uint32_t> awake = m_awake;
-    const std::vector<NeighbourList> lists = m_lists;
-    m_orderedCount = m_awake.size();
+    const std::vector<std::uint32_t> places = m_core.grid.orderAlongColumns(view.boxes, m_rows);
+    const std::vector<Part> from = std::exchange(m_parts, std::vector<Part>(parts));
+    const std::vector<std::uint32_t> awake = m_rows;
+    const std::vector<List> lists = m_lists;
+    m_orderedCount = m_rows.size();
     m_orderedAge = 0;
     for (unsigned part = 0; part < parts; ++part)
     {
         const TaskRange range = rangeOf(part);
         for (std::uint32_t i = range.begin; i < range.end; ++i)
         {
-            m_awake[i] = awake[order[i]];
-            m_lists[i] = lists[order[i]];
-            moveList(from[partOf[order[i]]].pairs, m_lists[i], m_parts[part].pairs);
+            m_rows[i] = awake[places[i]];
+            m_lists[i] = lists[places[i]];
+            moveList(from[partOf[places[i]]].pairs, m_lists[i], m_parts[part].pairs);
         }
     }
+}
+
+bool NeighbourLists::needsOrder()
+{
+    return m_rows.size() > m_orderedCount + m_orderedCount / 8 || ++m_orderedAge > kOrderedUpdates;
+}
+
+std::size_t NeighbourLists::testedCount() const
+{
+    std::size_t count = 0;
+    for (const Part& part : m_parts)
+        count += part.pairs.size() - part.expiredCount;
+    return count;
+}
+
+bool NeighbourLists::haveLeftSkin() const
+{
+    return std::any_of(m_parts.begin(), m_parts.end(),
+                       [](const Part& part) { return part.hasLeftSkin || !part.unlistedPairs.empty(); });
+}
+
+float NeighbourLists::meanSkin() const
+{
+    double sum = 0;
+    for (const List& list : m_lists)
+        sum += std::max(list.skin, 0.0f);
+    return static_cast<float>(sum / static_cast<double>(m_lists.size()));
+}
+
+void NeighbourLists::clear()
+{
+    m_rows.clear();
+    m_lists.clear();
+    m_parts.resize(1);
+    m_parts[0].pairs.clear();
+    m_parts[0].expiredCount = 0;
+    m_parts[0].beginUpdate();
+    m_orderedCount = 0;
+}
+
+void NeighbourLists::Part::beginUpdate()
+{
+    unlistedPairs.clear();
+    hasLeftSkin = false;
+    stale.clear();
+    queries.clear();
+    keys.clear();
+}
+
+std::uint64_t NeighbourLists::Part::bytes() const
+{
+    return pairs.bytes() + held.bytes() + bytesOf(unlistedPairs, stale, queries, keys);
+}
+
+std::uint64_t NeighbourLists::bytes() const
+{
+    std::uint64_t sum = bytesOf(m_rows, m_lists, m_parts);
+    for (const Part& part : m_parts)
+        sum += part.bytes();
+    return sum;
 }
 }  // namespace cullet

@@ -9,9 +9,9 @@
 namespace cullet
 {
 /// Decides from counted work whether the resting mode of the grid pays: the cost of each phase of it is compared with
-/// that of as many updates in moving mode.
+/// that of as many updates in sweep mode.
 ///
-/// A phase that did not pay keeps the grid in moving mode for 32 updates, and for twice as many after each further
+/// A phase that did not pay keeps the grid in sweep mode for 32 updates, and for twice as many after each further
 /// failure, at most 256. Counts and no clocks, so that every thread count and machine decides alike.
 class ModePolicy
 {
@@ -19,7 +19,7 @@ public:
     /// Whether a phase may begin.
     bool mayBegin() const noexcept { return m_wait == 0; }
 
-    /// Counts an update in moving mode.
+    /// Counts an update in sweep mode.
     void countMoving() noexcept { m_wait -= m_wait != 0 ? 1u : 0u; }
 
     /// A phase begins with `rows` boxes.
@@ -41,7 +41,7 @@ public:
         m_saved += m_moving;
     }
 
-    /// Whether the phase has cost less so far than moving mode would have.
+    /// Whether the phase has cost less so far than sweep mode would have.
     bool hasPaid() const noexcept { return m_spent <= m_saved; }
 
     /// Ends the phase.
