@@ -65,6 +65,12 @@ struct MeshCandidate
     float enter;  ///< see MeshWalk::Entry
 };
 
+/// Corners of eight triangles, one lane each.
+struct alignas(32) TriangleBlock
+{
+    float corners[3][3][8];  ///< [corner][axis][lane]
+};
+
 /// Items that one call of a kernel may write.
 inline constexpr std::uint32_t kMeshBatch = 64;
 
@@ -78,6 +84,8 @@ struct MeshKernels
     std::uint32_t (*onPath)(const MeshTreeView&, const SweptQuery&, MeshWalk&, MeshCandidate* found);
     /// The candidates of one leaf, by entry: nearer nodes come first, and none that lies beyond the limit.
     std::uint32_t (*nearestLeaf)(const MeshTreeView&, const SweptQuery&, MeshWalk&, MeshCandidate* found);
+    /// See trianglesApart().
+    std::uint32_t (*apart)(const TriangleBlock&, const float (&)[3][3]);
 };
 
 extern const MeshKernels kMeshKernelsBaseline;

@@ -5,8 +5,7 @@
 #include "cullet/base/threads/parallel_loops.h"
 #include "cullet/plugin/broadphase.h"
 #include "cullet/plugin/core/dynamic_type.h"
-#include "cullet/plugin/queries/mesh_ray.h"
-#include "cullet/plugin/queries/mesh_sweep.h"
+#include "cullet/plugin/queries/shape_query.h"
 
 #include <BulletCollision/CollisionShapes/btConvexShape.h>
 #include <LinearMath/btTransformUtil.h>
@@ -59,6 +58,11 @@ protected:
     Callback& m_callback;
 };
 
+ShapeOfObject wholeOf(const btCollisionObject& object)
+{
+    return {&object, object.getCollisionShape(), object.getWorldTransform(), -1};
+}
+
 class ObjectsOnRay final : public ObjectsOnPath<btCollisionWorld::RayResultCallback>
 {
 public:
@@ -75,11 +79,7 @@ public:
 private:
     void test(btCollisionObject& object) override
     {
-        const MeshTarget target = meshTargetOf(object);
-        if (target.mesh == nullptr ||
-            !testMeshRay(m_from.getOrigin(), m_to.getOrigin(), object, target, m_wanted, m_callback))
-            btCollisionWorld::rayTestSingle(m_from, m_to, &object, object.getCollisionShape(),
-                                            object.getWorldTransform(), m_callback);
+        testRay(m_from, m_to, wholeOf(object), m_wanted, m_callback);
     }
 
     btTransform m_from, m_to;
@@ -106,11 +106,7 @@ public:
 private:
     void test(btCollisionObject& object) override
     {
-        const MeshTarget target = meshTargetOf(object);
-        if (target.mesh == nullptr || !sweepMesh(m_sweep, object, target, m_wanted, m_callback))
-            btCollisionWorld::objectQuerySingle(m_sweep.shape, *m_sweep.from, *m_sweep.to, &object,
-                                                object.getCollisionShape(), object.getWorldTransform(),
-                                                m_callback, m_sweep.allowedPenetration);
+        sweepConvex(m_sweep, wholeOf(object), m_wanted, m_callback);
     }
 
     const ConvexSweep& m_sweep;

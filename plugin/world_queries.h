@@ -18,8 +18,8 @@ inline namespace CULLET_PRECISION
 ///
 /// A btCollisionWorld::ClosestRayResultCallback is called once for a prepared mesh, with the hit that it would keep. Any
 /// other callback, a derived class too, is called as by Bullet: with the same hits in the same order, and those that
-/// Bullet's tree misses by a rounding. Meshes in compounds are tested by Bullet, and a world's own rayTest(), as that of
-/// soft worlds, is not called.
+/// Bullet's tree misses by a rounding. Prepared meshes may be parts of compounds. A world's own rayTest(), as that of soft
+/// worlds, is not called.
 ///
 /// Threads: as for btCollisionWorld::rayTest(); on several at once with a cullet::Broadphase.
 CULLET_API void rayTest(const btCollisionWorld& world, const btVector3& from, const btVector3& to,

@@ -87,5 +87,6 @@ void measureScaling(const FigureOptions& options, ResultFile& file);
 void measurePhases(const FigureOptions& options, ResultFile& file);
 void measureCrossover(const FigureOptions& options, ResultFile& file);
 void measureThreads(const FigureOptions& options, ResultFile& file);
+void measureMidphase(const FigureOptions& options, ResultFile& file);
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

@@ -261,8 +261,34 @@ def threads(rows):
     return figure, "Threads, cullet's grid"
 
 
+LEAVES = (("triangles", "C0", "triangles, eight at once"), ("triangles-1", "C0", "triangles, one at a time"),
+          ("faces", "C0", "faces near the triangle, eight at once"), ("triangle-distance", "C2", "distance of two triangles"),
+          ("isa-gjk", "C1", "ISA-GJK"), ("isa-gjk-warm", "C1", "ISA-GJK, warm"), ("gjk", "C2", "GJK, distance"),
+          ("gjk-warm", "C2", "GJK, distance, warm"), ("bullet", "C3", "Bullet's GJK, distance"))
+MIDPHASE = {"hills": "hulls over hills", "bumps": "a ball through a ball", "cloth": "hulls under a cloth"}
+
+
+def midphase(rows):
+    figure, axes = plt.subplots(1, 3, figsize=(14, 4.4), sharex=True)
+    for axis, (scene, title) in zip(axes, MIDPHASE.items()):
+        some = {row["backend"]: row for row in chosen(rows, benchmark="midphase.leaf", scene=scene)}
+        drawn = [leaf for leaf in reversed(LEAVES) if leaf[0] in some]
+        times = [float(some[name]["ns_per_pair"]) for name, _, _ in drawn]
+        bars = axis.barh([label for _, _, label in drawn], times, color=[colour for _, colour, _ in drawn])
+        axis.bar_label(bars, [f"{time:.0f}" for time in times], fontsize=8, padding=2)
+        axis.set_xscale("log")
+        axis.set_xlim(right=2e4)
+        crossing = 100 * float(some["gjk"]["crossing_share"])
+        axis.set_title(f"{title}: {crossing:.0f} % cross", fontsize=10)
+        axis.set_xlabel("ns for a pair of the tree")
+        axis.tick_params(axis="y", labelsize=8)
+        axis.grid(True, axis="x", alpha=0.3)
+    return figure, "Tests at the leaves of a mesh's tree, one thread"
+
+
 DRAWN = {"figure10": figure10, "figure11": figure11, "figure12": figure12, "figure13": figure13, "cell-size": cell_size,
-         "scaling": scaling, "phases": phases, "crossover": crossover, "threads": threads}
+         "scaling": scaling, "phases": phases, "crossover": crossover, "threads": threads,
+         "midphase": midphase}
 
 
 def draw(name, rows):

@@ -3,7 +3,7 @@
 #include "cullet/plugin/mesh/triangle_pass.h"
 
 #include "cullet/plugin/contact/manifold_renewal.h"
-#include "cullet/plugin/mesh/active_edges.h"
+#include "cullet/plugin/mesh/face_touch.h"
 #include "cullet/plugin/mesh/triangle_source.h"
 
 #include <BulletCollision/CollisionDispatch/btConvexConvexAlgorithm.h>
@@ -56,29 +56,30 @@ private:
     bool m_isFirst;
 };
 
-/// Adds what Bullet's algorithm reports for a triangle to the points of the mesh.
+/// Hands on what Bullet's algorithm reports for a triangle, as points of the mesh.
+template <class Add>
 class Collector final : public btManifoldResult
 {
 public:
     Collector(const btCollisionObjectWrapper& convex, const btCollisionObjectWrapper& wrap,
-              const TriangleBatch::Triangle& triangle, const CoreFrame& frame, MeshPoints& points)
-        : btManifoldResult(&convex, &wrap), m_triangle(triangle), m_frame(frame), m_points(points)
+              const TriangleBatch::Triangle& triangle, const CoreFrame& frame, const Add& add)
+        : btManifoldResult(&convex, &wrap), m_triangle(triangle), m_frame(frame), m_add(add)
     {
     }
 
     void addContactPoint(const btVector3& normal, const btVector3& onMesh, btScalar distance) override
     {
-        m_points.add({m_frame.ofWorld(onMesh + normal * distance),
-                      m_frame.turnedOfWorld(normal),
-                      double(distance),
-                      m_triangle,
-                      {}});
+        m_add({m_frame.ofWorld(onMesh + normal * distance),
+               m_frame.turnedOfWorld(normal),
+               double(distance),
+               m_triangle,
+               {}});
     }
 
 private:
     const TriangleBatch::Triangle& m_triangle;
     const CoreFrame& m_frame;
-    MeshPoints& m_points;
+    const Add& m_add;
 };
 
 /// A triangle of a mesh as Bullet shows it to its algorithms.
@@ -246,22 +247,28 @@ void TrianglePass::addToBatch(const btVector3* corners, int part, int index)
         flush();
 }
 
-/// Corrects the last touch at an edge that a neighbour covers.
-///
-/// @return false if a neighbour has the contact
-bool TrianglePass::correct(const TriangleSearch::Corners& corners, const TriangleBatch::Triangle& triangle)
+/// @param contact [in, out] in the mesh's frame
+EdgeVerdict TrianglePass::correctAt(const TriangleBatch::Triangle& triangle, TriangleContact& contact)
 {
     const std::vector<TriangleBatch::Triangle>& all = m_query.candidates;
     // Triangles come in the order of the candidates.
     while (m_candidate < all.size() && !areSame(all[m_candidate], triangle))
         ++m_candidate;
     if (m_candidate == all.size())
-        return true;
+        return EdgeVerdict::Keep;
     const TriangleView view = {all[0].corners, sizeof(all[0]), static_cast<int>(all.size())};
+    const Eigen::Vector3d inside = m_frame.toMesh(m_search->centre());
+    return correctAtEdges(view, static_cast<int>(m_candidate), inside, contact);
+}
+
+/// Corrects the last touch at an edge that a neighbour covers.
+///
+/// @return false if a neighbour has the contact
+bool TrianglePass::correct(const TriangleSearch::Corners& corners, const TriangleBatch::Triangle& triangle)
+{
     TriangleContact contact = {m_frame.turnedToMesh(m_search->normal()),
                                m_frame.toMesh(m_search->touchedPoint()), m_search->distance()};
-    const Eigen::Vector3d inside = m_frame.toMesh(m_search->centre());
-    switch (correctAtEdges(view, static_cast<int>(m_candidate), inside, contact))
+    switch (correctAt(triangle, contact))
     {
         case EdgeVerdict::Keep:
             return true;
@@ -273,6 +280,39 @@ bool TrianglePass::correct(const TriangleSearch::Corners& corners, const Triangl
         default:
             return false;
     }
+}
+
+/// Corrects a point of Bullet's algorithm, likewise.
+///
+/// @param point [in, out]
+/// @return false if a neighbour has the contact
+bool TrianglePass::correct(MeshPoint& point)
+{
+    const double margins = double(m_side.margin) + double(m_limits.meshMargin);
+    const Eigen::Vector3d onTriangle =
+        point.place - (point.distance + double(m_limits.meshMargin)) * point.normal;
+    TriangleContact contact = {m_frame.turnedToMesh(point.normal), m_frame.toMesh(onTriangle),
+                               point.distance + margins};
+    const bool isDeep = contact.distance < 0.0;
+    const EdgeVerdict verdict = correctAt(point.triangle, contact);
+    if (verdict != EdgeVerdict::Turn)
+        return verdict == EdgeVerdict::Keep;
+    point.normal = m_frame.meshBasis() * contact.normal;
+    Eigen::Vector3d on = m_frame.meshBasis() * contact.onTriangle + m_frame.meshOrigin();
+    double distance = contact.distance;
+    const btVector3(&named)[3] = point.triangle.corners;
+    const Eigen::Vector3d corners[3] = {m_frame.ofMesh(named[0]), m_frame.ofMesh(named[1]),
+                                        m_frame.ofMesh(named[2])};
+    const Eigen::Vector3d lowest = m_search->farthestAlong(-point.normal);
+    const double height = point.normal.dot(lowest - corners[0]);
+    if (isDeep && isOver(corners, lowest - height * point.normal))
+    {
+        distance = height;
+        on = lowest - height * point.normal;
+    }
+    point.distance = distance - margins;
+    point.place = on + (distance - double(m_side.margin)) * point.normal;
+    return point.distance <= double(m_limits.breakingThreshold);
 }
 
 /// What all triangles are compared with. Most bodies above a mesh have none in their boxes.
@@ -344,7 +384,12 @@ void TrianglePass::ask(int i)
 void TrianglePass::askBullet(const TriangleBatch::Triangle& triangle)
 {
     const WrappedTriangle wrapped(m_mesh, triangle);
-    Collector result(m_convex, wrapped.wrap(), triangle, m_frame, m_points);
+    const auto add = [&](MeshPoint point)
+    {
+        if (m_reading == Reading::Batch || correct(point))
+            m_points.add(point);
+    };
+    Collector<decltype(add)> result(m_convex, wrapped.wrap(), triangle, m_frame, add);
     const btCollisionAlgorithmConstructionInfo construction(&m_dispatcher, 0);
     btConvexConvexAlgorithm algorithm(&m_query.manifold, construction, &m_convex, &wrapped.wrap(),
                                       m_isaGjk.stock().m_pdSolver, 0, 0);

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include "cullet/plugin/mesh/active_edges.h"
 #include "cullet/plugin/mesh/convex_mesh_hull.h"
 #include "cullet/plugin/mesh/kept_triangles.h"
 #include "cullet/plugin/mesh/mesh_points.h"
@@ -98,7 +99,9 @@ private:
     void readMesh();
     void readCandidates();
     void addToBatch(const btVector3* corners, int part, int index);
+    EdgeVerdict correctAt(const TriangleBatch::Triangle& triangle, TriangleContact& contact);
     bool correct(const TriangleSearch::Corners& corners, const TriangleBatch::Triangle& triangle);
+    bool correct(MeshPoint& point);
     bool examineCore();
     void flush();
     void ask(int i);

@@ -41,12 +41,16 @@ double TriangleSearch::size() const
     return radiusOf(m_pair.a, m_cores.a);
 }
 
-double TriangleSearch::heightAlong(const Eigen::Vector3d& direction) const
+Eigen::Vector3d TriangleSearch::farthestAlong(const Eigen::Vector3d& direction) const
 {
     if (m_cores.a)
-        return direction.dot(m_cores.a->support(direction, -1).point + m_cores.a->origin());
-    return direction.dot(
-        PosedSupport(m_pair.a.shape, m_coreAt, Eigen::Vector3d::Zero()).support(direction, -1).point);
+        return m_cores.a->support(direction, -1).point + m_cores.a->origin();
+    return PosedSupport(m_pair.a.shape, m_coreAt, Eigen::Vector3d::Zero()).support(direction, -1).point;
+}
+
+double TriangleSearch::heightAlong(const Eigen::Vector3d& direction) const
+{
+    return direction.dot(farthestAlong(direction));
 }
 
 CoreBounds TriangleSearch::bounds() const

@@ -43,6 +43,8 @@ public:
     bool isPossible() const { return m_cores.a || m_pair.a.kind == ConvexKind::Support; }
     /// No point of the core is farther from its origin.
     double size() const;
+    /// The point of the core that is farthest along a direction.
+    Eigen::Vector3d farthestAlong(const Eigen::Vector3d& direction) const;
     /// The largest product of a point of the core with a direction.
     double heightAlong(const Eigen::Vector3d& direction) const;
     CoreBounds bounds() const;

@@ -6,6 +6,7 @@
 #include "cullet/base/threads/parallel_loops.h"
 #include "cullet/plugin/core/dynamic_type.h"
 
+#include <BulletCollision/CollisionShapes/btMultimaterialTriangleMeshShape.h>
 #include <BulletCollision/CollisionShapes/btTriangleIndexVertexArray.h>
 #include <BulletCollision/CollisionShapes/btTriangleIndexVertexMaterialArray.h>
 #include <BulletCollision/CollisionShapes/btTriangleMesh.h>
@@ -30,6 +31,11 @@ bool isBulletsInterface(const btStridingMeshInterface& mesh)
            isExactly<btTriangleIndexVertexMaterialArray>(mesh);
 }
 
+bool isBulletsMesh(const btBvhTriangleMeshShape& shape)
+{
+    return isExactly<btBvhTriangleMeshShape>(shape) || isExactly<btMultimaterialTriangleMeshShape>(shape);
+}
+
 /// Bullet's function is not const, though it changes nothing.
 btOptimizedBvh* treeOf(const btBvhTriangleMeshShape& shape)
 {
@@ -40,8 +46,7 @@ btOptimizedBvh* treeOf(const btBvhTriangleMeshShape& shape)
 std::unique_ptr<MeshQueries> MeshQueries::make(const btBvhTriangleMeshShape& shape, int threads)
 {
     btOptimizedBvh* const tree = treeOf(shape);
-    if (!isExactly<btBvhTriangleMeshShape>(shape) || tree == nullptr ||
-        !isBulletsInterface(*shape.getMeshInterface()))
+    if (!isBulletsMesh(shape) || tree == nullptr || !isBulletsInterface(*shape.getMeshInterface()))
         return nullptr;
     std::unique_ptr<MeshQueries> made(new MeshQueries(shape, *tree));
     return made->fill(threads) ? std::move(made) : nullptr;
@@ -99,10 +104,10 @@ MeshQueries::Corners MeshQueries::sampleAt(std::size_t sample) const
 bool MeshQueries::isCurrent() const
 {
     btOptimizedBvh* const tree = treeOf(m_shape);
-    if (!isExactly<btBvhTriangleMeshShape>(m_shape) || m_shape.getMeshInterface() != m_interface ||
-        tree == nullptr || !hasSameBits(m_shape.getLocalAabbMin(), m_min) ||
-        !hasSameBits(m_shape.getLocalAabbMax(), m_max) || !(BulletNodes(*tree) == m_nodes) ||
-        !isBulletsInterface(*m_interface) || !m_arrays.areThoseOf(*m_interface))
+    if (!isBulletsMesh(m_shape) || m_shape.getMeshInterface() != m_interface || tree == nullptr ||
+        !hasSameBits(m_shape.getLocalAabbMin(), m_min) || !hasSameBits(m_shape.getLocalAabbMax(), m_max) ||
+        !(BulletNodes(*tree) == m_nodes) || !isBulletsInterface(*m_interface) ||
+        !m_arrays.areThoseOf(*m_interface))
         return false;
     for (std::size_t sample = 0; sample < kSamples; ++sample)
     {

@@ -21,8 +21,8 @@ namespace
 class HitReport
 {
 public:
-    HitReport(const btCollisionObject& object, btCollisionWorld::RayResultCallback& callback)
-        : m_object(object), m_callback(callback)
+    HitReport(const ShapeOfObject& tested, btCollisionWorld::RayResultCallback& callback)
+        : m_tested(tested), m_callback(callback)
     {
     }
 
@@ -31,13 +31,13 @@ public:
         btCollisionWorld::LocalShapeInfo info;
         info.m_shapePart = name.part;
         info.m_triangleIndex = name.index;
-        btCollisionWorld::LocalRayResult result(&m_object, &info,
-                                                m_object.getWorldTransform().getBasis() * normal, fraction);
+        btCollisionWorld::LocalRayResult result(m_tested.object, &info, m_tested.at.getBasis() * normal,
+                                                fraction);
         return m_callback.addSingleResult(result, true);
     }
 
 private:
-    const btCollisionObject& m_object;
+    const ShapeOfObject& m_tested;
     btCollisionWorld::RayResultCallback& m_callback;
 };
 
@@ -158,10 +158,10 @@ bool testAll(const MeshQueries& mesh, const SweptBox& box, ReportedRay& ray)
 }
 }  // namespace
 
-bool testMeshRay(const btVector3& from, const btVector3& to, const btCollisionObject& object,
+bool testMeshRay(const btVector3& from, const btVector3& to, const ShapeOfObject& tested,
                  const MeshTarget& target, HitsWanted wanted, btCollisionWorld::RayResultCallback& callback)
 {
-    const btTransform toMesh = object.getWorldTransform().inverse();
+    const btTransform toMesh = tested.at.inverse();
     btVector3 fromLocal = toMesh * from, toLocal = toMesh * to;
     if (target.isScaled)
     {
@@ -171,7 +171,7 @@ bool testMeshRay(const btVector3& from, const btVector3& to, const btCollisionOb
     }
     const MeshQueries& mesh = *target.mesh;
     const SweptBox box = sweptRay(mesh, fromLocal, toLocal);
-    const HitReport report(object, callback);
+    const HitReport report(tested, callback);
     if (wanted == HitsWanted::All)
     {
         ReportedRay ray(fromLocal, toLocal, callback.m_flags, callback.m_closestHitFraction, report);

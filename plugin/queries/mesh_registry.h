@@ -31,6 +31,8 @@ public:
     void add(const MeshQueries& mesh);
     void remove(const MeshQueries& mesh) noexcept;
 
+    bool isEmpty() const noexcept { return m_count.load(std::memory_order_relaxed) == 0; }
+
     /// What is prepared for a shape that still is as it was then; else null.
     const MeshQueries* find(const btBvhTriangleMeshShape& shape) const noexcept;
 
@@ -57,7 +59,7 @@ private:
     MeshRegistry();
 
     std::mutex m_mutex;  ///< of changes
-    std::size_t m_count = 0;
+    std::atomic<std::size_t> m_count{0};
     std::atomic<const Table*> m_table{nullptr};
     std::vector<std::unique_ptr<Table>> m_tables;  ///< the last one is in use
 };

@@ -27,13 +27,13 @@ struct SweepHit
     TriangleName name;
 };
 
-void report(const SweepHit& hit, const btCollisionObject& object,
+void report(const SweepHit& hit, const ShapeOfObject& tested,
             btCollisionWorld::ConvexResultCallback& callback)
 {
     btCollisionWorld::LocalShapeInfo info;
     info.m_shapePart = hit.name.part;
     info.m_triangleIndex = hit.name.index;
-    btCollisionWorld::LocalConvexResult result(&object, &info, hit.normal, hit.point, hit.fraction);
+    btCollisionWorld::LocalConvexResult result(tested.object, &info, hit.normal, hit.point, hit.fraction);
     callback.addSingleResult(result, true);
 }
 
@@ -41,9 +41,9 @@ void report(const SweepHit& hit, const btCollisionObject& object,
 class TriangleSweep final : public btTriangleConvexcastCallback
 {
 public:
-    TriangleSweep(const ConvexSweep& sweep, const btCollisionObject& object, const MeshTarget& target,
+    TriangleSweep(const ConvexSweep& sweep, const ShapeOfObject& tested, const MeshTarget& target,
                   const SweepAxes& axes, btScalar limit)
-        : btTriangleConvexcastCallback(sweep.shape, *sweep.from, *sweep.to, object.getWorldTransform(),
+        : btTriangleConvexcastCallback(sweep.shape, *sweep.from, *sweep.to, tested.at,
                                        target.shape->getMargin()),
           m_target(target),
           m_axes(axes)
@@ -129,18 +129,18 @@ void divide(SweptBox& box, const btVector3& scaling)
     }
 }
 
-/// Bullet finds the triangles of a scaled mesh by the box around the whole motion.
+/// Bullet finds the triangles of scaled meshes and of those of many materials by the box around the whole motion.
 NodeFilter filterOf(const LocalMotion& motion, const MeshTarget& target)
 {
     const BulletNodes& nodes = target.mesh->nodes();
-    if (!target.isScaled)
+    if (!target.sweepsInBox)
         return NodeFilter::alongPath(nodes, motion.from, motion.to, motion.boxMin, motion.boxMax);
     btVector3 low = motion.from, high = motion.from;
     low.setMin(motion.to);
     high.setMax(motion.to);
     low += motion.boxMin;
     high += motion.boxMax;
-    const btVector3& scaling = target.shape->getLocalScaling();
+    const btVector3 scaling = target.isScaled ? target.shape->getLocalScaling() : btVector3(1, 1, 1);
     for (int axis = 0; axis < 3; ++axis)
     {
         const btScalar inverse = btScalar(1) / scaling[axis];
@@ -243,7 +243,7 @@ private:
 /// Reports hits in Bullet's order of triangles. Those that the shape cannot meet before the callback's closest hit are left
 /// out: Bullet would report no hit with them.
 bool sweepAll(TriangleSweep& sweep, const SweptBox& box, const NodeFilter& filter,
-              const btCollisionObject& object, const MeshTarget& target,
+              const ShapeOfObject& tested, const MeshTarget& target,
               btCollisionWorld::ConvexResultCallback& callback)
 {
     std::vector<MeshCandidate> candidates;
@@ -256,16 +256,16 @@ bool sweepAll(TriangleSweep& sweep, const SweptBox& box, const NodeFilter& filte
             continue;
         const SweepHit* const hit = sweep.test(candidate.item, callback.m_closestHitFraction);
         if (hit != nullptr && hit->fraction <= callback.m_closestHitFraction)
-            report(*hit, object, callback);
+            report(*hit, tested, callback);
     }
     return true;
 }
 }  // namespace
 
-bool sweepMesh(const ConvexSweep& sweep, const btCollisionObject& object, const MeshTarget& target,
+bool sweepMesh(const ConvexSweep& sweep, const ShapeOfObject& tested, const MeshTarget& target,
                HitsWanted wanted, btCollisionWorld::ConvexResultCallback& callback)
 {
-    const LocalMotion motion(sweep, object);
+    const LocalMotion motion(sweep, tested.at);
     SweptBox box;
     const btScalar reach = reachOf(motion, target);
     boundContact(sweep, motion, reach, box);
@@ -273,14 +273,14 @@ bool sweepMesh(const ConvexSweep& sweep, const btCollisionObject& object, const 
         divide(box, target.shape->getLocalScaling());
     const NodeFilter filter = filterOf(motion, target);
     const SweepAxes axes(sweep, motion, reach);
-    TriangleSweep triangles(sweep, object, target, axes, callback.m_closestHitFraction);
+    TriangleSweep triangles(sweep, tested, target, axes, callback.m_closestHitFraction);
     if (wanted == HitsWanted::All)
-        return sweepAll(triangles, box, filter, object, target, callback);
+        return sweepAll(triangles, box, filter, tested, target, callback);
     ClosestSweep closest(triangles, filter, *target.mesh, callback.m_closestHitFraction);
     if (!closest.run(box))
         return false;
     if (closest.hit() != nullptr)
-        report(*closest.hit(), object, callback);
+        report(*closest.hit(), tested, callback);
     return true;
 }
 }  // namespace CULLET_PRECISION

@@ -19,13 +19,13 @@ struct ConvexSweep
     btScalar allowedPenetration;
 };
 
-/// Sweeps a shape against a prepared mesh; does what btCollisionWorld::objectQuerySingle() does.
+/// Sweeps a shape against a prepared mesh; does what btCollisionWorld::objectQuerySingleInternal() does.
 ///
 /// Bullet sweeps the shape against every triangle whose node it passes. Here the same triangles are taken in the order in
 /// which the shape may meet them, as far as the closest hit or the callback's; each is swept by Bullet.
 ///
 /// @return false: the motion is not finite or too long; the callback was not called
-bool sweepMesh(const ConvexSweep& sweep, const btCollisionObject& object, const MeshTarget& target,
+bool sweepMesh(const ConvexSweep& sweep, const ShapeOfObject& tested, const MeshTarget& target,
                HitsWanted wanted, btCollisionWorld::ConvexResultCallback& callback);
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

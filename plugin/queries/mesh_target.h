@@ -5,6 +5,7 @@
 #include "cullet/plugin/core/precision.h"
 
 #include <BulletCollision/CollisionDispatch/btCollisionObject.h>
+#include <BulletCollision/CollisionShapes/btCollisionShape.h>
 #include <BulletCollision/CollisionShapes/btConcaveShape.h>
 
 namespace cullet
@@ -20,15 +21,25 @@ enum class HitsWanted : unsigned char
     Closest  ///< once, with the one that would remain: that which a callback of Bullet's class for closest hits keeps
 };
 
-/// A prepared mesh that a query may hit, as a shape of an object.
-struct MeshTarget
+/// A shape of an object, or a part of one.
+struct ShapeOfObject
 {
-    const MeshQueries* mesh;  ///< null: the object's shape is no mesh that is prepared
-    const btConcaveShape* shape;
-    bool isScaled;  ///< the shape is a btScaledBvhTriangleMeshShape of the mesh
+    const btCollisionObject* object;
+    const btCollisionShape* shape;
+    btTransform at;  ///< of the shape, in the world
+    int child;       ///< number in its compound; -1: no part of one
 };
 
-/// The prepared mesh of an object, if there is one.
-MeshTarget meshTargetOf(const btCollisionObject& object);
+/// A prepared mesh that a query may hit.
+struct MeshTarget
+{
+    const MeshQueries* mesh;  ///< null: the shape is no mesh that is prepared
+    const btConcaveShape* shape;
+    bool isScaled;     ///< the shape is a btScaledBvhTriangleMeshShape of the mesh
+    bool sweepsInBox;  ///< Bullet sweeps against all triangles in the box of the whole motion
+};
+
+/// The prepared mesh that a shape is, if it is one.
+MeshTarget meshTargetOf(const btCollisionShape& shape);
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

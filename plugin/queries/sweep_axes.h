@@ -13,9 +13,9 @@ inline namespace CULLET_PRECISION
 /// The motion in the frame of the object with the mesh.
 struct LocalMotion
 {
-    LocalMotion(const ConvexSweep& sweep, const btCollisionObject& object)
+    LocalMotion(const ConvexSweep& sweep, const btTransform& meshAt)
     {
-        const btTransform toMesh = object.getWorldTransform().inverse();
+        const btTransform toMesh = meshAt.inverse();
         from = toMesh * sweep.from->getOrigin();
         to = toMesh * sweep.to->getOrigin();
         basis = toMesh.getBasis() * sweep.to->getBasis();

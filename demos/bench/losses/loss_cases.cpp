@@ -64,6 +64,8 @@ const std::vector<LossCase>& lossCases()
         {"compounds", "compounds of 50 hulls lie on a mesh: dispatch", 20, kTime, 1, narrow,
          makeCompoundsLoss},
         {"gimpact", "GImpact tori lie on a mesh: dispatch", 20, kTime, 1, narrow, makeGImpactLoss},
+        {"cloth-hulls", "cloths on hulls: step", 4, kTime, 1.05, narrow, makeClothsOnHullsLoss},
+        {"cloth-mesh", "cloths on a mesh: step", 4, kTime, 1.05, narrow, makeClothsOnMeshLoss},
     };
     return cases;
 }

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #include "cullet/demos/bench/losses/world_losses.h"
 
+#include "cullet/demos/bench/losses/cloths_on_shapes.h"
 #include "cullet/demos/bench/losses/shapes_on_mesh.h"
 #include "cullet/demos/drop/pair_audit.h"
 #include "cullet/demos/scenes/bodies/world_scene.h"
@@ -94,6 +95,13 @@ std::unique_ptr<LossSide> makeNarrowLoss(const char* scene, const LossSetup& set
     return std::make_unique<WorldLoss>(makeWorldScene(scene, narrowOptions(setup)), Timed::Step, skipped);
 }
 
+std::unique_ptr<LossSide> makeClothsLoss(ClothGround ground, const LossSetup& setup)
+{
+    constexpr int kUntilDraped = 60;
+    return std::make_unique<WorldLoss>(makeClothsOnShapes(ground, narrowOptions(setup)), Timed::Step,
+                                       kUntilDraped);
+}
+
 std::unique_ptr<LossSide> makeShapesLoss(MeshShape shape, const LossSetup& setup)
 {
     constexpr int kUntilRest = 60;
@@ -155,6 +163,16 @@ std::unique_ptr<LossSide> makeCompoundsLoss(const LossSetup& setup)
 std::unique_ptr<LossSide> makeGImpactLoss(const LossSetup& setup)
 {
     return makeShapesLoss(MeshShape::GImpactTorus, setup);
+}
+
+std::unique_ptr<LossSide> makeClothsOnHullsLoss(const LossSetup& setup)
+{
+    return makeClothsLoss(ClothGround::Hulls, setup);
+}
+
+std::unique_ptr<LossSide> makeClothsOnMeshLoss(const LossSetup& setup)
+{
+    return makeClothsLoss(ClothGround::Mesh, setup);
 }
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

@@ -41,5 +41,11 @@ std::unique_ptr<LossSide> makeCompoundsLoss(const LossSetup& setup);
 
 /// GImpact tori on a mesh, with DBVT: dispatch.
 std::unique_ptr<LossSide> makeGImpactLoss(const LossSetup& setup);
+
+/// Cloths on hulls, with DBVT: whole steps.
+std::unique_ptr<LossSide> makeClothsOnHullsLoss(const LossSetup& setup);
+
+/// Cloths on a mesh, with DBVT: whole steps.
+std::unique_ptr<LossSide> makeClothsOnMeshLoss(const LossSetup& setup);
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

@@ -16,26 +16,11 @@ inline namespace CULLET_PRECISION
 {
 namespace
 {
-const WorldKind& softWorld()
-{
-    static const WorldKind kind = {
-        []() -> std::unique_ptr<btDefaultCollisionConfiguration>
-        { return std::make_unique<btSoftBodyRigidBodyCollisionConfiguration>(); },
-        makeSolver<btSequentialImpulseConstraintSolver>,
-        [](btDispatcher& dispatcher, btBroadphaseInterface& broadphase, btConstraintSolver& solver,
-           btCollisionConfiguration& configuration) -> std::unique_ptr<btDiscreteDynamicsWorld> {
-            return std::make_unique<btSoftRigidDynamicsWorld>(&dispatcher, &broadphase, &solver,
-                                                              &configuration);
-        },
-        makeParallelWorld<btSoftRigidDynamicsWorld>};
-    return kind;
-}
-
 class SoftWorld : public WorldScene
 {
 public:
     SoftWorld(const std::string& name, NamedBroadphase broadphase, const WorldSceneOptions& scene)
-        : WorldScene(name, std::move(broadphase), scene, softWorld())
+        : WorldScene(name, std::move(broadphase), scene, softWorldKind())
     {
         const auto perSide =
             static_cast<std::uint32_t>(std::ceil(std::cbrt(static_cast<double>(scene.bodies))));
@@ -83,6 +68,21 @@ private:
     }
 };
 }  // namespace
+
+const WorldKind& softWorldKind()
+{
+    static const WorldKind kind = {
+        []() -> std::unique_ptr<btDefaultCollisionConfiguration>
+        { return std::make_unique<btSoftBodyRigidBodyCollisionConfiguration>(); },
+        makeSolver<btSequentialImpulseConstraintSolver>,
+        [](btDispatcher& dispatcher, btBroadphaseInterface& broadphase, btConstraintSolver& solver,
+           btCollisionConfiguration& configuration) -> std::unique_ptr<btDiscreteDynamicsWorld> {
+            return std::make_unique<btSoftRigidDynamicsWorld>(&dispatcher, &broadphase, &solver,
+                                                              &configuration);
+        },
+        makeParallelWorld<btSoftRigidDynamicsWorld>};
+    return kind;
+}
 
 std::unique_ptr<WorldScene> makeSoftScene(const std::string& name, NamedBroadphase broadphase,
                                           const WorldSceneOptions& options)

@@ -11,6 +11,9 @@ namespace cullet
 {
 inline namespace CULLET_PRECISION
 {
+/// A btSoftRigidDynamicsWorld with its configuration.
+const WorldKind& softWorldKind();
+
 /// Scene "soft": soft balls of radius 0.5 with about 100 nodes, and as many rigid cubes of 0.7, fall from layers 1.5
 /// apart into a walled square; a btSoftRigidDynamicsWorld.
 std::unique_ptr<WorldScene> makeSoftScene(const std::string& name, NamedBroadphase broadphase,

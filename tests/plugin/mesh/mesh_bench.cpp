@@ -7,6 +7,8 @@
 #include <BulletCollision/CollisionShapes/btTriangleShape.h>
 #include <LinearMath/btAabbUtil2.h>
 
+#include <algorithm>
+#include <cstdlib>
 #include <cstring>
 #include <new>
 
@@ -152,6 +154,12 @@ bool arePointsEqual(const btPersistentManifold& a, const btPersistentManifold& b
             return false;
     }
     return true;
+}
+
+int posesToTry(int usual)
+{
+    const char* const times = std::getenv("CULLET_MESH_POSES");
+    return times != nullptr ? usual * std::max(1, std::atoi(times)) : usual;
 }
 
 void TriangleSoup::processAllTriangles(btTriangleCallback* callback, const btVector3&, const btVector3&) const

@@ -31,6 +31,14 @@ enum class Loop
     Plain
 };
 
+/// Leaves the loop over triangles to Bullet.
+inline IsaGjkOptions bulletsLoop()
+{
+    IsaGjkOptions options;
+    options.meshes = false;
+    return options;
+}
+
 /// One pair of a convex body and a mesh, whose contacts are computed step by step.
 class MeshBench
 {
@@ -53,6 +61,7 @@ public:
     btCollisionAlgorithm& algorithm() { return *m_algorithm; }
     btCollisionObject& convex() { return m_convex; }
     btCollisionObject& mesh() { return m_mesh; }
+    btDispatcherInfo& info() { return m_info; }
 
 private:
     btDefaultCollisionConfiguration m_configuration;
@@ -67,6 +76,9 @@ private:
 
 /// Whether all points are the same bits in the same order.
 bool arePointsEqual(const btPersistentManifold& a, const btPersistentManifold& b);
+
+/// How many random poses a test tries: CULLET_MESH_POSES times as many as usual.
+int posesToTry(int usual);
 
 /// Triangles of the application's own. Bullet takes CUSTOM_CONCAVE_SHAPE_TYPE for its signed distance fields.
 class TriangleSoup final : public btConcaveShape

@@ -283,7 +283,7 @@ TEST_P(MeshContacts, AreTheSameBitsWithAndWithoutMemory)
     for (const bool isMeshFirst : {false, true})
     {
         MeshBench ours(Loop::Ours, *body, *mesh.shape, isMeshFirst);
-        forEachPose(engine, 40,
+        forEachPose(engine, posesToTry(40),
                     [&](const btTransform& at, const btTransform& meshAt)
                     {
                         const btPersistentManifold& found = ours.stepFromNothing(at, meshAt);
@@ -307,7 +307,7 @@ TEST_P(MeshContacts, AreDeepestAndAmongThoseOfAllTriangles)
     MeshBench ours(Loop::Ours, *body, *mesh.shape), plain(Loop::Plain, *body, *mesh.shape);
     const double tolerance = std::get<0>(GetParam()) == MeshKind::Soup ? 1e-3 : 1e-4;
     int touching = 0, odd = 0, points = 0;
-    forEachPose(engine, 60,
+    forEachPose(engine, posesToTry(60),
                 [&](const btTransform& at, const btTransform& meshAt)
                 {
                     const std::vector<btManifoldPoint> all = pointsOfAllTriangles(plain, at, meshAt);

@@ -47,6 +47,9 @@ struct MeshEdges : testing::Test
             hull->addPoint(drawVec(place, engine).normalized() * btScalar(0.5), false);
         hull->recalcLocalAabb();
         bodies.push_back(std::move(hull));
+        // Bullet's algorithm finds their points.
+        bodies.push_back(std::make_unique<btCylinderShape>(vec(0.5, 0.5, 0.5)));
+        bodies.push_back(std::make_unique<btConeShape>(btScalar(0.5), btScalar(1)));
     }
 
     std::mt19937 engine{11};

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #include "cullet/plugin/mesh/triangle_source.h"
 #include "cullet/tests/plugin/broadphase/broadphase_support.h"
+#include "cullet/tests/plugin/convex/convex_world.h"
 
 #include <BulletCollision/CollisionShapes/btBvhTriangleMeshShape.h>
 #include <BulletCollision/CollisionShapes/btMultimaterialTriangleMeshShape.h>

@@ -76,7 +76,12 @@ TEST(PreparedMesh, LeavesOtherClassesToBullet)
     DerivedInterface other;
     other.addIndexedMesh(interface.getIndexedMeshArray()[0]);
     const Derived derived(&interface, true);
-    const btMultimaterialTriangleMeshShape material(&interface, true);
+    struct DerivedMaterial : btMultimaterialTriangleMeshShape
+    {
+        using btMultimaterialTriangleMeshShape::btMultimaterialTriangleMeshShape;
+        const char* getName() const override { return "derived"; }
+    };
+    const DerivedMaterial material(&interface, true);
     const btBvhTriangleMeshShape withoutTree(&interface, true, false);
     const btBvhTriangleMeshShape onOther(&other, true);
     const btBvhTriangleMeshShape* const shapes[] = {&derived, &material, &withoutTree, &onOther};

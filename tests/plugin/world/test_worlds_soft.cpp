@@ -3,8 +3,11 @@
 
 // Soft bodies in contact with each other and with rigid bodies. Their boxes are set in the middle of a step, before
 // updateAabbs().
+#include "cullet/plugin/core/dynamic_type.h"
+#include "cullet/plugin/isa_gjk.h"
 #include "cullet/tests/plugin/broadphase/broadphase_support.h"
 
+#include <BulletSoftBody/btSoftBodyConcaveCollisionAlgorithm.h>
 #include <BulletSoftBody/btSoftBodyHelpers.h>
 #include <BulletSoftBody/btSoftBodyRigidBodyCollisionConfiguration.h>
 #include <BulletSoftBody/btSoftRigidDynamicsWorld.h>
@@ -140,6 +143,33 @@ TEST(WorldsSoftBodies, MatchDbvtWhenWeightHangsOnRope)
     Broadphase own;
     btDbvtBroadphase stock;
     expectNear(hangAWeight(own), hangAWeight(stock), 0.02);
+}
+
+/// The cells of soft bodies are not those that cullet replaces.
+TEST(WorldsSoftBodies, MeetMeshesByBulletsAlgorithmWithIsaGjk)
+{
+    btSoftBodyRigidBodyCollisionConfiguration configuration;
+    btCollisionDispatcher dispatcher(&configuration);
+    registerIsaGjk(dispatcher);
+    btSoftBodyWorldInfo info;
+    btSoftBody soft(&info);
+    btTriangleMesh triangles;
+    triangles.addTriangle(vec(-1, 0, -1), vec(1, 0, -1), vec(0, 0, 1));
+    btBvhTriangleMeshShape shape(&triangles, true);
+    btCollisionObject mesh;
+    mesh.setCollisionShape(&shape);
+    const btTransform identity = btTransform::getIdentity();
+    const btCollisionObjectWrapper wrapSoft(nullptr, soft.getCollisionShape(), &soft, identity, -1, -1),
+        wrapMesh(nullptr, &shape, &mesh, identity, -1, -1);
+    for (const bool isMeshFirst : {false, true})
+    {
+        btCollisionAlgorithm* const algorithm =
+            dispatcher.findAlgorithm(isMeshFirst ? &wrapMesh : &wrapSoft, isMeshFirst ? &wrapSoft : &wrapMesh,
+                                     nullptr, BT_CONTACT_POINT_ALGORITHMS);
+        EXPECT_TRUE(isExactly<btSoftBodyConcaveCollisionAlgorithm>(*algorithm));
+        algorithm->~btCollisionAlgorithm();
+        dispatcher.freeCollisionAlgorithm(algorithm);
+    }
 }
 }  // namespace
 }  // namespace cullet::test
