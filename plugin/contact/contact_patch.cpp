@@ -405,6 +405,16 @@ void cutCorner(ContactPolygon& face, std::size_t corner, btScalar limit)
     face.count = 3;
 }
 
+/// The share of the tolerance of a Prism over a face. Distances beside the face are measured over its plane, so that they
+/// are off by what a point is outside times the slope of the plane. Beyond 45 degrees the share is as much less.
+///
+/// @param alignment cosine between the normals of face and contact
+btScalar toleranceShare(double alignment)
+{
+    const double cosine2 = alignment * alignment;
+    return cosine2 >= 0.5 ? btScalar(1) : static_cast<btScalar>(std::sqrt(cosine2 / (1.0 - cosine2)));
+}
+
 /// Clips one face to the prism over the other face and to the limit, and adds the corners of the result.
 ///
 /// @param frame [out] measures distances from the reference face
@@ -444,7 +454,8 @@ btScalar clipFaces(const PatchSide& reference, const PatchSide& other, bool isAR
         rocking.add(other.shape, reference.shape, otherMap.origin(), other.origin.dot(touch.normal));
     }
     const bool isClockwise = isAReference != reference.face.isMirrored();
-    const Prism prism(base, isClockwise ? -1 : 1, builder.tolerance());
+    const btScalar tolerance = builder.tolerance() * toleranceShare(reference.face.alignment());
+    const Prism prism(base, isClockwise ? -1 : 1, tolerance);
     builder.add(prism.clip(face, cut), noise);
     return noise;
 }

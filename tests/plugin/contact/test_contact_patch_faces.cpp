@@ -231,6 +231,38 @@ void checkPatch(PatchScene& scene, bool knowsVertices, PatchTally& tally)
     EXPECT_LE(deepest, touch.distance + 1.2e-3 * (kPatchLimit - touch.distance) + place);
     checkCover(scene, surfaceA, surfaceB, points, tally);
 }
+/// A steep plate over a rod. The plate's lower edge rises by `rise` for each metre along x from the touch, and the rod turns
+/// away from below it, to where the plate is not.
+struct PlateAndRod
+{
+    explicit PlateAndRod(std::mt19937& engine)
+    {
+        const auto between = [&engine](double low, double high)
+        { return std::uniform_real_distribution<double>(low, high)(engine); };
+        steepness = between(0.5, 1.5);
+        rise = between(0, 0.01);
+        turn = between(0, 1.5 * kOverhang / kReach);
+        edge = Vector3d(1, rise, 0).normalized();
+        const Vector3d upright = Vector3d(-edge.y(), edge.x(), 0);
+        face = std::sin(steepness) * upright + std::cos(steepness) * Vector3d::UnitZ();
+    }
+
+    Points plate() const { return {Vector3d::Zero(), 2 * edge, face, 2 * edge + face}; }
+    Points rod() const { return {Vector3d(-kReach, 0, kReach * turn), Vector3d(kReach, 0, -kReach * turn)}; }
+
+    /// How far a point is from the plate, whose lower corner is at 0.
+    double outside(const Vector3d& point) const
+    {
+        const double along = std::min(std::max(point.dot(edge), 0.0), 2.0);
+        const double up = std::min(std::max(point.dot(face), 0.0), 1.0);
+        return (point - along * edge - up * face).norm();
+    }
+
+    static constexpr double kReach = 0.7;
+    double steepness;  ///< angle to the level, in radians
+    double rise, turn;
+    Vector3d edge, face;
+};
 }  // namespace
 
 TEST(ContactPatch, LiesOnBothSurfacesAndCoversExactClipForAllFaces)
@@ -258,5 +290,33 @@ TEST(ContactPatch, LiesOnBothSurfacesAndCoversExactClipForAllFaces)
     EXPECT_GT(tally.areaTotal, 0.8 * tally.areas);
     EXPECT_GT(tally.thinned, 100);
     EXPECT_GT(tally.mirrored, 100);
+}
+
+TEST(ContactPatch, LiesOnSteepFaceUpToToleranceWhenOtherReachesBesideIt)
+{
+    constexpr unsigned kSeed = 79;
+    std::mt19937 engine(kSeed);
+    int beside = 0;
+    for (int i = 0; i < 2000; ++i)
+    {
+        const PlateAndRod pose(engine);
+        const Hull<btScalar> plate = hullOf<btScalar>(pose.plate()), rod = hullOf<btScalar>(pose.rod());
+        const Matrix3d unturned = Matrix3d::Identity();
+        const PosedShape a(plate, unturned.cast<btScalar>(), PosedShape::Vector(0, btScalar(kPatchSame), 0));
+        const PosedShape b(rod, unturned.cast<btScalar>(), PosedShape::Vector::Zero());
+        const Touch touch = {Vector3d::UnitY(), kPatchSame, -kPatchSame * Vector3d::UnitY(), -1, -1};
+        const ContactPatch patch = makeContactPatch(a, b, touch, {100, btScalar(kPatchSame)});
+        ASSERT_GE(patch.count, 1) << "pose " << i << " of seed " << kSeed;
+        for (std::size_t k = 0; k < static_cast<std::size_t>(patch.count); ++k)
+        {
+            const ContactPoint& point = patch.points[k];
+            const Vector3d onA = toEigen(point.fromTouch).cast<double>() +
+                                 (double(point.distance) - kPatchSame) * Vector3d::UnitY();
+            EXPECT_LE(pose.outside(onA), 2 * 0.05 * kPatchSame + kPlace)
+                << "pose " << i << " of seed " << kSeed;
+            beside += onA.z() < -0.1 * kOverhang;
+        }
+    }
+    EXPECT_GT(beside, 100);
 }
 }  // namespace cullet::test
