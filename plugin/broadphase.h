@@ -73,7 +73,10 @@ struct BroadphaseStats
 ///
 /// Pairs of ordinary bodies enter and leave the pair cache in calculateOverlappingPairs(), lower unique id first and
 /// sorted by ids, so that every backend and thread count gives the same pair array. A pair enters when the exact boxes
-/// overlap (closed intervals) and the filter agrees, and leaves when the boxes grown by the margin separate.
+/// overlap (closed intervals) and the filter agrees, and leaves when the boxes grown by the margin separate. A filter
+/// callback is asked about a pair again when one of its boxes leaves the box that it had when it was last asked, grown
+/// by the margin; where it refuses a large share of all pairs, it is also asked before the boxes overlap, up to twice
+/// the margin for each, as by btDbvtBroadphase.
 /// Pairs of ghost objects (btGhostObject, while a ghost pair callback is installed) enter immediately, in createProxy()
 /// and setAabb(). Queries find every box as soon as it is set.
 ///

@@ -3,6 +3,7 @@
 
 // The cases of `cullet bench losses` that are about a broad phase, by counts of work: box tests, rebuilds, trees, bytes and
 // allocations. A loss that comes back fails here without a clock.
+#include "cullet/broad/row_source.h"
 #include "cullet/tests/plugin/broadphase/broadphase_support.h"
 #include "cullet/tests/support/random.h"
 
@@ -12,6 +13,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <memory>
+#include <utility>
 #include <vector>
 
 namespace cullet::test
@@ -32,6 +34,7 @@ class CountedCubes
 {
 public:
     explicit CountedCubes(const BroadphaseOptions& options = gridOptions()) : m_broadphase(options) {}
+    explicit CountedCubes(std::unique_ptr<Backend> backend) : m_broadphase(std::move(backend)) {}
 
     void add(const btVector3& centre, double half = 0.5, int group = 1, int mask = kAllGroups,
              void* client = nullptr)
@@ -182,6 +185,7 @@ TEST(LossCases, CompareOnlyMovedLinksOfPlannerWithOthers)
     }
     EXPECT_LE(cubes.mostTests(), kMost);
     EXPECT_LE(cubes.rebuilds(), 2u);
+    EXPECT_EQ(cubes.broadphase().stats().backend.levels, 0u) << "no grid";
     EXPECT_EQ(cubes.broadphase().stats().queryTreeBuildsTotal, 0u);
 }
 
@@ -214,15 +218,61 @@ TEST(LossCases, TestEachBodyOfTinyWorldInOneStep)
     }
 }
 
-TEST(LossCases, BuildNoTreeForOneRayInFrame)
+/// The grid, which counts what queries ask it.
+class AskedGrid final : public Backend, public RowSource
 {
+public:
+    struct Count
+    {
+        std::uint32_t queries = 0, answers = 0, cost = 0;
+    };
+
+    explicit AskedGrid(Count& count) : m_count(count), m_grid(makeGridBackend(oneThread())) {}
+
+    Status update(const ProxyView& view, PairDelta& delta) override { return m_grid->update(view, delta); }
+    void restart(const Pairs& known) override { m_grid->restart(known); }
+    const char* name() const noexcept override { return m_grid->name(); }
+    BackendStats stats() const override { return m_grid->stats(); }
+    std::uint32_t findNearRay(const RayPath& ray, const Aabb* boxes, RowSink& sink) const override
+    {
+        return counted(dynamic_cast<const RowSource&>(*m_grid).findNearRay(ray, boxes, sink));
+    }
+    std::uint32_t findNearBox(const Aabb& box, const Aabb* boxes, RowSink& sink) const override
+    {
+        return counted(dynamic_cast<const RowSource&>(*m_grid).findNearBox(box, boxes, sink));
+    }
+
+private:
+    static GridOptions oneThread()
+    {
+        GridOptions options;
+        options.threads = 1;
+        return options;
+    }
+
+    std::uint32_t counted(std::uint32_t cost) const
+    {
+        ++m_count.queries;
+        m_count.answers += cost != 0 ? 1u : 0u;
+        m_count.cost += cost;
+        return cost;
+    }
+
+    Count& m_count;
+    std::unique_ptr<Backend> m_grid;
+};
+
+TEST(LossCases, AskGridInsteadOfTreeOrScanForOneRayInFrame)
+{
+    constexpr std::uint32_t kFrames = 20, kBodies = 20000;
     for (const bool moves : {false, true})
     {
-        CountedCubes cubes;
-        for (int i = 0; i < 20000; ++i)
+        AskedGrid::Count count;
+        CountedCubes cubes(std::make_unique<AskedGrid>(count));
+        for (std::uint32_t i = 0; i < kBodies; ++i)
             cubes.add(vec(cubes.random().point(0, 60)));
-        int hits = 0;
-        for (int frame = 0; frame < 20; ++frame)
+        std::size_t hits = 0;
+        for (std::uint32_t frame = 0; frame < kFrames; ++frame)
         {
             if (moves)
                 cubes.walk(0.05);
@@ -230,9 +280,11 @@ TEST(LossCases, BuildNoTreeForOneRayInFrame)
             const btVector3 from = vec(cubes.random().point(0, 60));
             RayHits ray(from, from + vec(20, 3, 1));
             cubes.broadphase().rayTest(from, from + vec(20, 3, 1), ray);
-            hits += static_cast<int>(ray.ids.size());
+            hits += ray.ids.size();
         }
-        EXPECT_GT(hits, 10);
+        EXPECT_GT(hits, 10u);
+        EXPECT_EQ(count.answers, kFrames) << moves;
+        EXPECT_LT(count.cost, kFrames * kBodies / 40) << moves;
         EXPECT_EQ(cubes.broadphase().stats().queryTreeBuildsTotal, 0u) << moves;
         EXPECT_EQ(cubes.broadphase().stats().queryTreeSyncsTotal, 0u) << moves;
     }

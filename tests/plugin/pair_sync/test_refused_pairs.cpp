@@ -407,12 +407,13 @@ void expectExactPairsOfCrowd(const BroadphaseOptions& options, unsigned seed)
         {
             for (std::size_t j = 0; j < i; ++j)
             {
-                if (TestAabbAgainstAabb2(cubes[i]->m_aabbMin, cubes[i]->m_aabbMax, cubes[j]->m_aabbMin,
+                const bool mustBeThere =
+                    TestAabbAgainstAabb2(cubes[i]->m_aabbMin, cubes[i]->m_aabbMax, cubes[j]->m_aabbMin,
                                          cubes[j]->m_aabbMax) &&
-                    rule.needBroadphaseCollision(cubes[std::min(i, j)], cubes[std::max(i, j)]))
-                    ASSERT_TRUE(std::binary_search(pairs.begin(), pairs.end(),
-                                                   makePair(idOf(cubes[i]), idOf(cubes[j]))))
-                        << "seed " << seed << " update " << update;
+                    rule.needBroadphaseCollision(cubes[std::min(i, j)], cubes[std::max(i, j)]);
+                const Pair pair = makePair(idOf(cubes[i]), idOf(cubes[j]));
+                ASSERT_TRUE(!mustBeThere || std::binary_search(pairs.begin(), pairs.end(), pair))
+                    << "seed " << seed << " update " << update;
             }
         }
     }
