@@ -277,7 +277,7 @@ def midphase(rows):
         bars = axis.barh([label for _, _, label in drawn], times, color=[colour for _, colour, _ in drawn])
         axis.bar_label(bars, [f"{time:.0f}" for time in times], fontsize=8, padding=2)
         axis.set_xscale("log")
-        axis.set_xlim(right=2e4)
+        axis.set_xlim(10, 2e4)
         crossing = 100 * float(some["gjk"]["crossing_share"])
         axis.set_title(f"{title}: {crossing:.0f} % cross", fontsize=10)
         axis.set_xlabel("ns for a pair of the tree")
