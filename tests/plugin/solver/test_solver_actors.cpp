@@ -1,9 +1,11 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// Vehicles and ragdolls.
+// Vehicles, characters and ragdolls.
 #include "cullet/tests/plugin/solver/solver_scene.h"
 
+#include <BulletCollision/CollisionDispatch/btGhostObject.h>
+#include <BulletDynamics/Character/btKinematicCharacterController.h>
 #include <BulletDynamics/Vehicle/btRaycastVehicle.h>
 #include <gtest/gtest.h>
 
@@ -91,6 +93,81 @@ Measures drive(SolverScene& scene)
 TEST(SolverActors, DriveVehiclesAsStock)
 {
     expectAsStock(drive);
+}
+
+/// A character that a ghost moves; it is in the world while this lives.
+class Character
+{
+public:
+    Character(SolverScene& scene, const btVector3& place)
+        : m_world(scene.world()),
+          m_capsule(scene.shape<btCapsuleShape>(btScalar(0.4), btScalar(1))),
+          m_controller(&m_ghost, &m_capsule, btScalar(0.3), btVector3(0, 1, 0))
+    {
+        m_world.getPairCache()->setInternalGhostPairCallback(
+            &scene.keep(std::make_unique<btGhostPairCallback>()));
+        m_ghost.setCollisionShape(&m_capsule);
+        m_ghost.setCollisionFlags(btCollisionObject::CF_CHARACTER_OBJECT);
+        m_ghost.setWorldTransform(btTransform(btQuaternion::getIdentity(), place));
+        m_controller.setGravity(btVector3(0, btScalar(-kGravity), 0));
+        m_world.addCollisionObject(&m_ghost, btBroadphaseProxy::CharacterFilter,
+                                   btBroadphaseProxy::StaticFilter | btBroadphaseProxy::KinematicFilter |
+                                       btBroadphaseProxy::DefaultFilter);
+        m_world.addAction(&m_controller);
+    }
+    ~Character()
+    {
+        m_world.removeAction(&m_controller);
+        m_world.removeCollisionObject(&m_ghost);
+    }
+    Character(const Character&) = delete;
+    Character& operator=(const Character&) = delete;
+
+    btKinematicCharacterController& controller() { return m_controller; }
+    btVector3 place() const { return m_ghost.getWorldTransform().getOrigin(); }
+
+private:
+    btDiscreteDynamicsWorld& m_world;
+    btCapsuleShape& m_capsule;
+    btPairCachingGhostObject m_ghost;
+    btKinematicCharacterController m_controller;
+};
+
+/// One character stands on a lift that moves, one on a crate; the second walks off it and against a box.
+Measures lifts(SolverScene& scene)
+{
+    scene.addFloor();
+    btBoxShape& plate = scene.box(1.5, 0.25, 1.5);
+    btRigidBody& lift = scene.addKinematic(plate, vec(0, 0.5, 0));
+    btRigidBody& crate = scene.add(plate, 20, vec(6, 0.25, 0));
+    btRigidBody& box = scene.add(scene.box(0.4, 0.4, 0.4), 5, vec(10, 0.4, 0));
+    scene.enter();
+    Character first(scene, vec(0, 1.7, 0)), second(scene, vec(6, 1.5, 0));
+    double time = 0;
+    scene.setScript(
+        [&]
+        {
+            time += scene.dt();
+            lift.setWorldTransform(at(0, 1.5 - std::cos(time), 0));
+        });
+    scene.step(180);
+    const double overLift = double(first.place().y()) - heightOfBody(lift);
+    const double overCrate = double(second.place().y()) - heightOfBody(crate);
+    second.controller().setWalkDirection(vec(0.05, 0, 0));
+    scene.step(120);
+    scene.setScript({});
+    return {
+        equal("over lift", overLift, 0.02),
+        equal("over crate", overCrate, 0.02),
+        equal("crate", heightOfBody(crate), 0.02),
+        equal("way", double(second.place().x()), 0.1),
+        equal("height beside the crate", double(second.place().y()), 0.05),
+        notMore("box from its place", std::abs(double(box.getWorldTransform().getOrigin().x()) - 10), 0.1)};
+}
+
+TEST(SolverActors, CarryCharactersOnLiftsAsStock)
+{
+    expectAsStock(lifts);
 }
 
 /// A doll of six capsules with hinges, cones and a ball joint.
