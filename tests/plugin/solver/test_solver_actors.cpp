@@ -133,41 +133,37 @@ private:
     btKinematicCharacterController m_controller;
 };
 
-/// One character stands on a lift that moves, one on a crate; the second walks off it and against a box.
-Measures lifts(SolverScene& scene)
+/// A character stands on a lift among boxes that ride too, and walks off it. On bodies that can move, a character is not
+/// comparable: its ghost pushes them like a wall.
+Measures lift(SolverScene& scene)
 {
     scene.addFloor();
-    btBoxShape& plate = scene.box(1.5, 0.25, 1.5);
-    btRigidBody& lift = scene.addKinematic(plate, vec(0, 0.5, 0));
-    btRigidBody& crate = scene.add(plate, 20, vec(6, 0.25, 0));
-    btRigidBody& box = scene.add(scene.box(0.4, 0.4, 0.4), 5, vec(10, 0.4, 0));
+    btRigidBody& platform = scene.addKinematic(scene.box(1.5, 0.25, 1.5), vec(0, 0.5, 0));
+    btRigidBody& rider = scene.add(scene.box(0.3, 0.3, 0.3), 2, vec(-1, 1.05, 0));
+    rider.setActivationState(DISABLE_DEACTIVATION);
     scene.enter();
-    Character first(scene, vec(0, 1.7, 0)), second(scene, vec(6, 1.5, 0));
+    Character character(scene, vec(0.5, 1.7, 0));
     double time = 0;
     scene.setScript(
         [&]
         {
             time += scene.dt();
-            lift.setWorldTransform(at(0, 1.5 - std::cos(time), 0));
+            platform.setWorldTransform(at(0, 1.5 - std::cos(time), 0));
         });
     scene.step(180);
-    const double overLift = double(first.place().y()) - heightOfBody(lift);
-    const double overCrate = double(second.place().y()) - heightOfBody(crate);
-    second.controller().setWalkDirection(vec(0.05, 0, 0));
+    const double over = double(character.place().y()) - heightOfBody(platform);
+    const double riderOver = heightOfBody(rider) - heightOfBody(platform);
+    character.controller().setWalkDirection(vec(0.05, 0, 0));
     scene.step(120);
     scene.setScript({});
-    return {
-        equal("over lift", overLift, 0.02),
-        equal("over crate", overCrate, 0.02),
-        equal("crate", heightOfBody(crate), 0.02),
-        equal("way", double(second.place().x()), 0.1),
-        equal("height beside the crate", double(second.place().y()), 0.05),
-        notMore("box from its place", std::abs(double(box.getWorldTransform().getOrigin().x()) - 10), 0.1)};
+    return {equal("over lift", over, 0.02), equal("box over lift", riderOver, 0.01),
+            equal("way", double(character.place().x()), 0.05),
+            equal("height beside the lift", double(character.place().y()), 0.02)};
 }
 
 TEST(SolverActors, CarryCharactersOnLiftsAsStock)
 {
-    expectAsStock(lifts);
+    expectAsStock(lift);
 }
 
 /// A doll of six capsules with hinges, cones and a ball joint.
