@@ -105,6 +105,8 @@ struct SolverWithoutState::Parts
                        btIDebugDraw* debugDrawer, btDispatcher* dispatcher);
     GroupReport tryToSolve(GroupSolver& solver, const SolverGroup& group, const btContactSolverInfo& info,
                            ParallelLoops& with);
+    bool haveSolvers(std::size_t count);
+    bool reserveShared(const SolverTasks& what);
     void note(const GroupReport& report, const SolverGroup& group);
     bool isAlone(const SolverTasks& what, unsigned task);
     void solve(const SolverTasks& what, std::uint32_t group);
@@ -118,7 +120,7 @@ struct SolverWithoutState::Parts
     std::vector<unsigned> sharedTasks;
     std::vector<GroupReport> reports;  ///< [group] of shared tasks
     SolverStats stats;
-    bool hasWarned = false;
+    bool hasThreads = false, hasWarned = false;
 };
 
 Solver::Solver(const SolverOptions& options) : m(makeParts(*this, options)) {}
@@ -173,9 +175,9 @@ btScalar SolverWithoutState::solveGroup(btCollisionObject** bodies, int bodyCoun
 void SolverWithoutState::Parts::solve(const SolverGroup& group, const btContactSolverInfo& info,
                                       btIDebugDraw* debugDrawer, btDispatcher* dispatcher)
 {
-    if (solvers.empty())
-        solvers.push_back(std::make_unique<GroupSolver>());
     SolverRefusal refusal = refusalOf(group, info);
+    if (refusal == SolverRefusal::No && !haveSolvers(1))
+        refusal = SolverRefusal::NoMemory;
     GroupReport report;
     if (refusal == SolverRefusal::No)
         report = tryToSolve(*solvers[0], group, info, loops);
@@ -185,6 +187,43 @@ void SolverWithoutState::Parts::solve(const SolverGroup& group, const btContactS
         solveByBullet(refusal, group, info, debugDrawer, dispatcher);
     else
         note(report, group);
+}
+
+/// Makes the solvers, and registers with the threads: nothing of that may fail when a group is half solved.
+///
+/// @return false without memory for it
+bool SolverWithoutState::Parts::haveSolvers(std::size_t count)
+{
+    try
+    {
+        if (!hasThreads)
+            loops.runRegion([] {});
+        hasThreads = true;
+        while (solvers.size() < count)
+            solvers.push_back(std::make_unique<GroupSolver>());
+        return true;
+    }
+    catch (const std::bad_alloc&)
+    {
+        return false;
+    }
+}
+
+/// Makes room for what solveShared() writes.
+///
+/// @return false without memory for it
+bool SolverWithoutState::Parts::reserveShared(const SolverTasks& what)
+{
+    try
+    {
+        sharedTasks.reserve(what.tasks.tasks());
+        reports.assign(what.groups.size(), {});
+    }
+    catch (const std::bad_alloc&)
+    {
+        return false;
+    }
+    return haveSolvers(loops.threads());
 }
 
 SolverRefusal SolverWithoutState::Parts::refusalOf(const SolverGroup& group, const btContactSolverInfo& info)
@@ -271,17 +310,20 @@ void SolverWithoutState::solveTasks(const SolverTasks& what)
 {
     Parts& own = parts();
     own.stats = {};
-    const bool isRefused = own.refusalOfStep(what.info) != SolverRefusal::No;
     std::vector<unsigned>& shared = own.sharedTasks;
     shared.clear();
+    own.reports.clear();
+    const bool isInTurn = own.refusalOfStep(what.info) != SolverRefusal::No || own.loops.threads() == 1 ||
+                          !own.reserveShared(what);
     for (unsigned task = 0; task < what.tasks.tasks(); ++task)
     {
-        if (isRefused || own.loops.threads() == 1 || own.isAlone(what, task))
+        if (isInTurn || own.isAlone(what, task))
             what.tasks.forEachGroup(task, [&](std::uint32_t group) { own.solve(what, group); });
         else
             shared.push_back(task);
     }
-    own.solveShared(what);
+    if (!shared.empty())
+        own.solveShared(what);
 }
 
 void SolverWithoutState::Parts::solve(const SolverTasks& what, std::uint32_t group)
@@ -292,9 +334,6 @@ void SolverWithoutState::Parts::solve(const SolverTasks& what, std::uint32_t gro
 /// Solves the groups of small tasks, each on one thread.
 void SolverWithoutState::Parts::solveShared(const SolverTasks& what)
 {
-    while (solvers.size() < loops.threads())
-        solvers.push_back(std::make_unique<GroupSolver>());
-    reports.assign(what.groups.size(), {});
     runShared(what);
     for (std::uint32_t number = 0; number < reports.size(); ++number)
     {

@@ -111,9 +111,19 @@ private:
         for (std::uint32_t step = first; step < end && !isInterrupted(); ++step)
         {
             const PhaseTimes times = runner.world->step();
+            noteSleep(runner, step);
             for (std::size_t i = 0; i < m_options.windows.size(); ++i)
                 sample(runner, i, step, times);
         }
+    }
+
+    void noteSleep(WorldRunner& runner, std::uint32_t step) const
+    {
+        if (!m_mayRest)
+            return;
+        const bool areAsleep = sleepersOf(runner.world->world()).areAlmostAll();
+        if (!areAsleep || runner.stepsToSleep < 0)
+            runner.stepsToSleep = areAsleep ? std::int64_t{step} + 1 : -1;
     }
 
     void sample(WorldRunner& runner, std::size_t index, std::uint32_t step, const PhaseTimes& times)
@@ -123,12 +133,16 @@ private:
             return;
         WindowSample& sample = runner.windows[index];
         sample.steps.push_back(times);
+        if (step == window.first)
+            sample.firstPlaces = placesOf(runner.world->world());
         if (step + 1 != window.end)
             return;
         sample.pairs = runner.world->pairCount();
         sample.contactPairs = runner.world->contactPairCount();
         sample.stateHash = runner.world->stateHash();
         sample.quality = qualityOf(runner.world->world());
+        sample.drift = meanWay(sample.firstPlaces, placesOf(runner.world->world()));
+        sample.stepsToSleep = runner.stepsToSleep;
         requireExactPairs(runner);
         if (!runner.parts->isMt)
             m_states.require(promiseOf(m_options, runner, window), runner.title, sample.pairs,

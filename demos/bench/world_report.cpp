@@ -44,6 +44,10 @@ Json makeRow(const WorldOptions& options, const WorldRunner& runner, std::size_t
             {"depth_max_mm", kMillimetres * state.quality.maxDepth},
             {"energy_j", state.quality.energy},
             {"sleepers", state.quality.sleepers},
+            {"steps_to_sleep", state.stepsToSleep},
+            {"drift_mm", kMillimetres * state.drift},
+            {"joint_mean_mm", kMillimetres * state.quality.meanJointError},
+            {"joint_max_mm", kMillimetres * state.quality.maxJointError},
             {"solver", world.options().solver},
             {"reuse_mm", kMillimetres * world.options().reuse}};
 }

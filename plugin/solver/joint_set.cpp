@@ -232,6 +232,19 @@ void JointSet::applyImpulses(SolverBodies& bodies, ParallelLoops& loops) const
                  { kernels.applyJoints(m_blocks[i], m_rows.data(), bodies.motions()); });
 }
 
+void JointSet::noteSubstep()
+{
+    for (const JointBlock& block : m_blocks)
+    {
+        for (std::uint32_t i = block.first; i < block.first + block.rows; ++i)
+        {
+            JointRowBlock& row = m_rows.data()[i];
+            for (int lane = 0; lane < kBlock; ++lane)
+                row.sum.lane[lane] += row.impulse.lane[lane];
+        }
+    }
+}
+
 void JointSet::writeBack(const SolverStep& step, const btContactSolverInfo& info) const
 {
     // In their order: joints may share a feedback.
@@ -248,7 +261,8 @@ void JointSet::writeBack(const SolverStep& step, const btContactSolverInfo& info
     for (int i = 0; i < joint.rows; ++i)
     {
         const JointRowBlock& row = m_rows.data()[block.first + static_cast<unsigned>(i)];
-        const btScalar impulse = row.impulse.lane[lane] / (row.isLasting.lane[lane] != 0 ? 1 : step.share),
+        const bool isSum = step.isSoft && row.isLasting.lane[lane] == 0;
+        const btScalar impulse = (isSum ? row.sum : row.impulse).lane[lane],
                        force = impulse / info.m_timeStep;
         if (feedback != nullptr)
         {

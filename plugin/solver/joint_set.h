@@ -47,6 +47,9 @@ public:
     /// Applies the impulses of the last substep.
     void applyImpulses(SolverBodies& bodies, ParallelLoops& loops) const;
 
+    /// Adds the impulses of a substep to their sums.
+    void noteSubstep();
+
     /// The number of iterations of the joint that asks for most; 0 without joints.
     int mostIterations() const { return m_mostIterations; }
 

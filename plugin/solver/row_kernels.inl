@@ -262,7 +262,8 @@ struct WideSoftness
     const Wide pushed = isSoft ? larger(gap * soft.approach, fill(-substep.mostPush)) : zero;
     const Wide velocity = along(row, part, pair) + (isApart ? apart : pushed);
     const Wide inverse = load(row.inverse, part) * (isSoft ? soft.mass : fill(1));
-    const Wide wanted = before - velocity * inverse - before * (isSoft ? soft.yield : zero);
+    const Wide wanted =
+        before - velocity * inverse - (before - load(row.softness, part)) * (isSoft ? soft.yield : zero);
     const Wide after = larger(wanted, zero);
     store(row.impulse, part, after);
     apply(row, part, after - before, mass, pair);

@@ -120,6 +120,7 @@ void SolverBodies::readStates(const btContactSolverInfo& info, ParallelLoops& lo
     m_states.resize(size());
     m_motions.resize(size());
     m_pushes.resize(size());
+    m_missing.resize(size());
     m_states[kFixedBody] = {};
     m_motions[kFixedBody] = m_pushes[kFixedBody] = {};
     forEach(size() - 1, loops,
@@ -178,7 +179,6 @@ void SolverBodies::beginSubsteps()
             m_motions[i].angular[k] = m_states[i].angular[k] - m_states[i].torque[k];
         }
     }
-    m_missing.resize(m_motions.size());
     for (std::size_t i = 0; i < m_motions.size(); ++i)
         m_missing[i] = {MissingPart(m_motions[i].linear), MissingPart(m_motions[i].angular)};
 }

@@ -88,9 +88,10 @@ struct RowBlock
     BlockOfVectors turnA, turnB;  ///< change of the angular velocities by an impulse of one
     /// Impulse to apply while no velocity has changed. In a soft step: the gap of a normal, the velocity wanted of friction.
     BlockOf target;
-    BlockOf softness;  ///< part of the impulse by which the row yields
-    BlockOf inverse;   ///< impulse for a change of the velocity by one; 0 where the lane has no row
-    BlockOf impulse;   ///< applied so far
+    BlockOf
+        softness;  ///< part of the impulse by which the row yields; of a soft normal: impulse up to which it does not
+    BlockOf inverse;  ///< impulse for a change of the velocity by one; 0 where the lane has no row
+    BlockOf impulse;  ///< applied so far
     /// Of friction: coefficient. Of a normal in a soft step: the velocity wanted after a bounce.
     BlockOf bound;
 };
@@ -133,6 +134,7 @@ struct JointRowBlock
     BlockOf least, most;  ///< bounds of the impulse
     BlockOf isLasting;    ///< 1: of a motor or spring; 0: removes an error of places
     BlockOf relaxed;      ///< the target of a soft step's relaxation
+    BlockOf sum;          ///< of the impulses of a soft step's substeps
 };
 
 /// Up to eight joints of one colour.

@@ -171,6 +171,28 @@ TEST_F(BenchWorldCommand, LetsBodiesSleepInTheirOwnWindowOnly)
         EXPECT_LT(row["depth_max_mm"], 100.0) << row.dump();
         EXPECT_LE(row["depth_mean_mm"], row["depth_p99_mm"]);
         EXPECT_LE(row["depth_p99_mm"], row["depth_max_mm"]);
+        EXPECT_EQ(row["steps_to_sleep"] > 0, mayRest) << row.dump();
+        EXPECT_LE(row["steps_to_sleep"], 260) << row.dump();
+        if (!mayRest)
+            EXPECT_GT(row["drift_mm"], 0.0) << row.dump();
+        EXPECT_LT(row["drift_mm"], 50) << row.dump();
+        EXPECT_EQ(row["joint_max_mm"], 0) << row.dump();
+    }
+}
+
+TEST_F(BenchWorldCommand, MeasuresErrorsOfJoints)
+{
+    const json document = runForJson(
+        "bench world --scene ragdolls --bodies 55 --steps 30 --windows falling --parts all --threads 1 "
+        "--solver "
+        "bullet,cullet,cullet-soft");
+    ASSERT_EQ(document["rows"].size(), 3u * 9u);
+    for (const json& row : document["rows"])
+    {
+        EXPECT_GT(row["joint_mean_mm"], 0.0) << row.dump();
+        EXPECT_LE(row["joint_mean_mm"], row["joint_max_mm"]) << row.dump();
+        EXPECT_LT(row["joint_max_mm"], 200.0) << row.dump();
+        EXPECT_EQ(row["steps_to_sleep"], -1) << row.dump();
     }
 }
 
@@ -187,9 +209,8 @@ TEST_F(BenchWorldCommand, WritesTheColumnsThatAreDocumented)
     EXPECT_EQ(
         head,
         "benchmark,scene,backend,narrow,update,precision,threads,bodies,pairs,median_ms,p90_ms,min_ms,hash,"
-        "mean_ms,contact_pairs,steps,parts,depth_mean_mm,depth_p99_mm,depth_max_mm,energy_j,sleepers,solver,"
-        "cpu,"
-        "gpu,commit,machine");
+        "mean_ms,contact_pairs,steps,parts,depth_mean_mm,depth_p99_mm,depth_max_mm,energy_j,sleepers,"
+        "steps_to_sleep,drift_mm,joint_mean_mm,joint_max_mm,solver,reuse_mm,cpu,gpu,commit,machine");
     std::set<std::string> scenes;
     for (; std::getline(lines, line);)
         scenes.insert(

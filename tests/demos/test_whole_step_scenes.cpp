@@ -173,6 +173,29 @@ TEST(WorldQuality, MeasuresDepthEnergyAndSleepers)
     EXPECT_EQ(asleep.energy, 0);
 }
 
+TEST(WorldQuality, MeasuresJointErrorsAndWays)
+{
+    const auto dolls = make("ragdolls", 11);
+    stepMany(*dolls, 1);
+    btRigidBody& limb = const_cast<btRigidBody&>(dolls->world().getConstraint(0)->getRigidBodyB());
+    const std::vector<btVector3> before = placesOf(dolls->world());
+    const WorldQuality hanging = qualityOf(dolls->world());
+    limb.translate(btVector3(0, 0, 1));
+    const WorldQuality torn = qualityOf(dolls->world());
+    EXPECT_LT(hanging.maxJointError, 0.1);
+    EXPECT_NEAR(torn.maxJointError, 1, 0.1);
+    EXPECT_GT(torn.meanJointError, hanging.meanJointError);
+    EXPECT_LT(torn.meanJointError, torn.maxJointError);
+    EXPECT_NEAR(meanWay(before, placesOf(dolls->world())), 1 / double(before.size()), 1e-5);
+}
+
+TEST(WorldQuality, CountsSleepers)
+{
+    EXPECT_FALSE((Sleepers{0, 0}.areAlmostAll()));
+    EXPECT_FALSE((Sleepers{100, 98}.areAlmostAll()));
+    EXPECT_TRUE((Sleepers{100, 99}.areAlmostAll()));
+}
+
 TEST(WorldQuality, MeasuresTheSpinOfABody)
 {
     const auto hulls = make("free-hulls", 1);

@@ -30,7 +30,10 @@ namespace
 constexpr const char* kUsage =
     "usage: cullet_soak [--minutes N] [--threads K] [--seed S]\n"
     "       cullet_soak --world SEED     one world again, as a failure prints it\n"
-    "  --mistake leak|lost-pair          makes this mistake on purpose: the soak must fail\n";
+    "  --solver bullet|soft              one world of 200 bodies with this model of cullet::Solver, for all "
+    "the time,\n"
+    "                                    in each thread\n"
+    "  --mistake leak|lost-pair|creep    makes this mistake on purpose: the soak must fail\n";
 
 struct Options
 {
@@ -38,6 +41,7 @@ struct Options
     unsigned threads = 1;
     std::uint32_t seed = 1;
     std::optional<std::uint32_t> world;
+    std::optional<SolverModel> solver;
     SoakMistake mistake = SoakMistake::None;
 };
 
@@ -53,6 +57,17 @@ SoakMistake mistakeOf(const std::string& name)
         return SoakMistake::Leak;
     if (name == "lost-pair")
         return SoakMistake::LostPair;
+    if (name == "creep")
+        return SoakMistake::Creep;
+    refuse();
+}
+
+SolverModel modelOf(const std::string& name)
+{
+    if (name == "bullet")
+        return SolverModel::Bullet;
+    if (name == "soft")
+        return SolverModel::Soft;
     refuse();
 }
 
@@ -74,6 +89,8 @@ Options read(int count, char** arguments)
             options.seed = number;
         else if (name == "--world")
             options.world = number;
+        else if (name == "--solver")
+            options.solver = modelOf(value);
         else if (name == "--mistake")
             options.mistake = mistakeOf(value);
         else
@@ -93,7 +110,7 @@ std::uint32_t seedOf(std::uint32_t seed, std::uint32_t world)
     return bits ^ bits >> 16;
 }
 
-/// One world of the kind that its seed says; each eighth one of bodies runs twice.
+/// One world of the kind that its seed says; each eighth one of bodies runs twice, and half of those with Solver.
 void soakWorld(std::uint32_t seed, SoakMistake mistake, SoakCounts& counts)
 {
     const SoakCircumstances first{1, mistake, false};
@@ -102,10 +119,12 @@ void soakWorld(std::uint32_t seed, SoakMistake mistake, SoakCounts& counts)
         soakBoxes(seed, first, counts);
         return;
     }
-    const std::uint64_t hash = soakBodies(seed, first, counts);
-    if (seed % 16 != 1)
+    const bool hasSolver = seed % 8 == 3;
+    const auto soak = hasSolver ? soakSolver : soakBodies;
+    const std::uint64_t hash = soak(seed, first, counts);
+    if (seed % 16 != (hasSolver ? 3 : 1))
         return;
-    if (soakBodies(seed, {2, mistake, false}, counts) != hash)
+    if (soak(seed, {2, mistake, false}, counts) != hash)
         throw SoakFault(0, "the world differs with other backends and threads");
     ++counts.twins;
 }
@@ -160,20 +179,49 @@ private:
         while (!m_isOver)
         {
             SoakCounts counts;
-            const std::string fault = faultOf(seedOf(m_options.seed, m_next++), m_options.mistake, counts);
-            std::unique_lock<std::mutex> lock(m_mutex);
-            m_counts.add(counts);
-            if (!fault.empty() && m_fault.empty())
-                m_fault = fault;
-            m_isOver = m_isOver || !m_fault.empty();
-            --m_running;
-            m_changed.notify_all();
-            m_changed.wait(lock, [this] { return !m_isMeasuring; });
-            ++m_running;
+            const std::uint32_t seed = seedOf(m_options.seed, m_next++);
+            if (m_options.solver)
+                handOver(soakOne(*m_options.solver, seed, counts), counts);
+            else
+                handOver(faultOf(seed, m_options.mistake, counts), counts);
         }
         const std::lock_guard<std::mutex> lock(m_mutex);
         --m_running;
         m_changed.notify_all();
+    }
+
+    /// @return what is wrong, if anything
+    std::string soakOne(SolverModel model, std::uint32_t seed, SoakCounts& counts)
+    {
+        const auto goesOn = [&]
+        {
+            handOver("", counts);
+            return !m_isOver;
+        };
+        try
+        {
+            soakOneSolver(model, seed, {seed, m_options.mistake, false}, counts, goesOn);
+            return "";
+        }
+        catch (const std::exception& fault)
+        {
+            return std::string("the world with cullet::Solver, ") + fault.what();
+        }
+    }
+
+    /// Adds counts to those of all threads, and stands still while memory is measured.
+    void handOver(const std::string& fault, SoakCounts& counts)
+    {
+        std::unique_lock<std::mutex> lock(m_mutex);
+        m_counts.add(counts);
+        counts = {};
+        if (!fault.empty() && m_fault.empty())
+            m_fault = fault;
+        m_isOver = m_isOver || !m_fault.empty();
+        --m_running;
+        m_changed.notify_all();
+        m_changed.wait(lock, [this] { return !m_isMeasuring; });
+        ++m_running;
     }
 
     void watch()
@@ -275,6 +323,12 @@ private:
         line("contact points", m_counts.contacts);
         line("hulls made", m_counts.hulls);
         line("recorded frames", m_counts.recordedFrames);
+        line("steps with Solver", m_counts.solverSteps);
+        line("joints made", m_counts.joints);
+        line("joints broken", m_counts.brokenJoints);
+        line("rests examined", m_counts.rests);
+        std::printf("%-24s way %.4f m, energy %.4f J, overlap %.4f m, joints %.4f m\n", "worst means at rest",
+                    m_counts.mostCreep, m_counts.mostEnergy, m_counts.mostDepth, m_counts.mostPivotError);
         line("memory samples", m_live.count());
         std::printf("%-24s %.1f MB\n", "most resident", residence().most / 1e6);
         std::printf("%-24s %.0f bytes after warm-up, %.0f a minute\n", "resident growth",

@@ -2,7 +2,11 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include "cullet/plugin/solver/solver_options.h"
+
+#include <algorithm>
 #include <cstdint>
+#include <functional>
 #include <stdexcept>
 #include <string>
 
@@ -20,6 +24,12 @@ struct SoakCounts
     std::uint64_t hulls = 0;           ///< hull shapes made and destroyed
     std::uint64_t recordedFrames = 0;  ///< read back from recordings
     std::uint64_t twins = 0;           ///< worlds that ran a second time in other circumstances
+    std::uint64_t solverSteps = 0;     ///< of the steps, those with cullet::Solver
+    std::uint64_t rests = 0;           ///< times that its bodies had come to rest and were examined
+    std::uint64_t joints = 0, brokenJoints = 0;
+    /// The worst of all rests: mean way of a body in the last second, m; mean energy of a body, J; mean depth of the contact
+    /// points and distance of the pivots of a ball joint, m.
+    double mostCreep = 0, mostEnergy = 0, mostDepth = 0, mostPivotError = 0;
 
     void add(const SoakCounts& other)
     {
@@ -32,6 +42,14 @@ struct SoakCounts
         hulls += other.hulls;
         recordedFrames += other.recordedFrames;
         twins += other.twins;
+        solverSteps += other.solverSteps;
+        rests += other.rests;
+        joints += other.joints;
+        brokenJoints += other.brokenJoints;
+        mostCreep = std::max(mostCreep, other.mostCreep);
+        mostEnergy = std::max(mostEnergy, other.mostEnergy);
+        mostDepth = std::max(mostDepth, other.mostDepth);
+        mostPivotError = std::max(mostPivotError, other.mostPivotError);
     }
 };
 
@@ -39,8 +57,9 @@ struct SoakCounts
 enum class SoakMistake
 {
     None,
-    Leak,     ///< 100 bytes in each step
-    LostPair  ///< brute force sees one pair more in the 40th checked step of a world
+    Leak,      ///< 100 bytes in each step
+    LostPair,  ///< brute force sees one pair more in the 40th checked step of a world
+    Creep      ///< bodies at rest are moved by 2 mm in each step
 };
 
 /// How a world is run; it changes nothing that can be seen.
@@ -67,4 +86,15 @@ void soakBoxes(std::uint32_t seed, const SoakCircumstances& circumstances, SoakC
 ///
 /// @return hash of all places and pairs, which the circumstances do not change
 std::uint64_t soakBodies(std::uint32_t seed, const SoakCircumstances& circumstances, SoakCounts& counts);
+
+/// Bodies and joints in a world with Solver, which fall and come to rest once. Throws SoakFault.
+///
+/// @return hash of all places, which the circumstances do not change
+std::uint64_t soakSolver(std::uint32_t seed, const SoakCircumstances& circumstances, SoakCounts& counts);
+
+/// One such world of 200 bodies, which fall and come to rest again and again. Throws SoakFault.
+///
+/// @param goesOn asked between two rounds, when the world is empty
+void soakOneSolver(SolverModel model, std::uint32_t seed, const SoakCircumstances& circumstances,
+                   SoakCounts& counts, const std::function<bool()>& goesOn);
 }  // namespace cullet::test

@@ -3,6 +3,9 @@
 #include "cullet/demos/scenes/bodies/world_quality.h"
 
 #include <BulletCollision/CollisionDispatch/btCollisionObject.h>
+#include <BulletDynamics/ConstraintSolver/btConeTwistConstraint.h>
+#include <BulletDynamics/ConstraintSolver/btHingeConstraint.h>
+#include <BulletDynamics/ConstraintSolver/btPoint2PointConstraint.h>
 #include <BulletDynamics/Dynamics/btRigidBody.h>
 
 #include <algorithm>
@@ -47,27 +50,95 @@ double kineticEnergy(const btRigidBody& body)
     return 0.5 * double(body.getLinearVelocity().length2()) / double(body.getInvMass()) +
            0.5 * double((spin * spin).dot(body.getLocalInertia()));
 }
+/// Distance of the pivot's places in both bodies; negative for a joint without a pivot.
+double errorOf(const btTypedConstraint& joint)
+{
+    const auto distance = [&](const btVector3& inA, const btVector3& inB)
+    {
+        const btVector3 onA = joint.getRigidBodyA().getWorldTransform() * inA;
+        return double(onA.distance(joint.getRigidBodyB().getWorldTransform() * inB));
+    };
+    if (const auto* ball = dynamic_cast<const btPoint2PointConstraint*>(&joint))
+        return distance(ball->getPivotInA(), ball->getPivotInB());
+    if (const auto* hinge = dynamic_cast<const btHingeConstraint*>(&joint))
+        return distance(hinge->getAFrame().getOrigin(), hinge->getBFrame().getOrigin());
+    if (const auto* cone = dynamic_cast<const btConeTwistConstraint*>(&joint))
+        return distance(cone->getAFrame().getOrigin(), cone->getBFrame().getOrigin());
+    return -1;
+}
+
+void setJointErrors(btDynamicsWorld& world, WorldQuality& quality)
+{
+    int pivots = 0;
+    for (int i = 0; i < world.getNumConstraints(); ++i)
+    {
+        const double error = world.getConstraint(i)->isEnabled() ? errorOf(*world.getConstraint(i)) : -1;
+        if (error < 0)
+            continue;
+        ++pivots;
+        quality.meanJointError += error;
+        quality.maxJointError = std::max(quality.maxJointError, error);
+    }
+    if (pivots > 0)
+        quality.meanJointError /= pivots;
+}
+
+/// Calls function(body) for the rigid bodies that can move.
+template <class Function>
+void forEachMovable(const btDynamicsWorld& world, const Function& function)
+{
+    for (int i = 0; i < world.getNumCollisionObjects(); ++i)
+    {
+        const btRigidBody* body = btRigidBody::upcast(world.getCollisionObjectArray()[i]);
+        if (body != nullptr && !body->isStaticOrKinematicObject())
+            function(*body);
+    }
+}
+
+bool sleeps(const btRigidBody& body)
+{
+    return body.getActivationState() == ISLAND_SLEEPING;
+}
 }  // namespace
 
 WorldQuality qualityOf(btDynamicsWorld& world)
 {
     WorldQuality quality;
     setDepths(depthsOf(*world.getDispatcher()), quality);
-    std::uint64_t bodies = 0;
+    setJointErrors(world, quality);
     double energy = 0;
-    for (int i = 0; i < world.getNumCollisionObjects(); ++i)
-    {
-        const btRigidBody* body = btRigidBody::upcast(world.getCollisionObjectArray()[i]);
-        if (body == nullptr || body->isStaticOrKinematicObject())
-            continue;
-        ++bodies;
-        if (body->getActivationState() == ISLAND_SLEEPING)
-            ++quality.sleepers;
-        else
-            energy += kineticEnergy(*body);
-    }
-    quality.energy = bodies != 0 ? energy / double(bodies) : 0;
+    forEachMovable(world, [&](const btRigidBody& body) { energy += sleeps(body) ? 0 : kineticEnergy(body); });
+    const Sleepers counted = sleepersOf(world);
+    quality.sleepers = counted.sleepers;
+    quality.energy = counted.bodies != 0 ? energy / double(counted.bodies) : 0;
     return quality;
+}
+
+Sleepers sleepersOf(const btDynamicsWorld& world)
+{
+    Sleepers counted;
+    forEachMovable(world,
+                   [&](const btRigidBody& body)
+                   {
+                       ++counted.bodies;
+                       counted.sleepers += sleeps(body) ? 1 : 0;
+                   });
+    return counted;
+}
+
+std::vector<btVector3> placesOf(const btDynamicsWorld& world)
+{
+    std::vector<btVector3> places;
+    forEachMovable(world, [&](const btRigidBody& body) { places.push_back(body.getCenterOfMassPosition()); });
+    return places;
+}
+
+double meanWay(const std::vector<btVector3>& from, const std::vector<btVector3>& to)
+{
+    double sum = 0;
+    for (std::size_t i = 0; i < from.size(); ++i)
+        sum += double(from[i].distance(to[i]));
+    return from.empty() ? 0 : sum / double(from.size());
 }
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

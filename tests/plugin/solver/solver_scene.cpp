@@ -403,8 +403,9 @@ Measure notLess(const char* name, double value, double tolerance)
     return {name, value, Measure::Rule::NotLess, tolerance};
 }
 
-void expectAsStock(const Scene& scene, int orders, std::initializer_list<Contender> contenders)
+void expectAsStock(const Scene& scene, int few, std::initializer_list<Contender> contenders)
 {
+    const int orders = ordersOf(few);
     const std::vector<Measures> stock = runOrders(scene, Contender::Stock, orders);
     for (const Contender contender : contenders)
     {

@@ -150,7 +150,11 @@ Measure notLess(const char* name, double value, double tolerance);
 using Measures = std::vector<Measure>;
 using Scene = std::function<Measures(SolverScene&)>;
 
-/// Runs a scene with each solver in several orders and compares their measures with stock Bullet's.
+/// In how many orders a scene runs: what it asks for (few_orders.cpp), or ten (ten_orders.cpp), by which of these files the
+/// program contains.
+int ordersOf(int few);
+
+/// Runs a scene with each solver in ordersOf(orders) orders and compares their measures with stock Bullet's.
 void expectAsStock(const Scene& scene, int orders = 1,
                    std::initializer_list<Contender> contenders = {Contender::Bullet, Contender::Soft});
 }  // namespace cullet::test

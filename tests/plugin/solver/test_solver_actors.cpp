@@ -1,9 +1,11 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// Vehicles and ragdolls.
+// Vehicles, characters and ragdolls.
 #include "cullet/tests/plugin/solver/solver_scene.h"
 
+#include <BulletCollision/CollisionDispatch/btGhostObject.h>
+#include <BulletDynamics/Character/btKinematicCharacterController.h>
 #include <BulletDynamics/Vehicle/btRaycastVehicle.h>
 #include <gtest/gtest.h>
 
@@ -91,6 +93,77 @@ Measures drive(SolverScene& scene)
 TEST(SolverActors, DriveVehiclesAsStock)
 {
     expectAsStock(drive);
+}
+
+/// A character that a ghost moves; it is in the world while this lives.
+class Character
+{
+public:
+    Character(SolverScene& scene, const btVector3& place)
+        : m_world(scene.world()),
+          m_capsule(scene.shape<btCapsuleShape>(btScalar(0.4), btScalar(1))),
+          m_controller(&m_ghost, &m_capsule, btScalar(0.3), btVector3(0, 1, 0))
+    {
+        m_world.getPairCache()->setInternalGhostPairCallback(
+            &scene.keep(std::make_unique<btGhostPairCallback>()));
+        m_ghost.setCollisionShape(&m_capsule);
+        m_ghost.setCollisionFlags(btCollisionObject::CF_CHARACTER_OBJECT);
+        m_ghost.setWorldTransform(btTransform(btQuaternion::getIdentity(), place));
+        m_controller.setGravity(btVector3(0, btScalar(-kGravity), 0));
+        m_world.addCollisionObject(&m_ghost, btBroadphaseProxy::CharacterFilter,
+                                   btBroadphaseProxy::StaticFilter | btBroadphaseProxy::KinematicFilter |
+                                       btBroadphaseProxy::DefaultFilter);
+        m_world.addAction(&m_controller);
+    }
+    ~Character()
+    {
+        m_world.removeAction(&m_controller);
+        m_world.removeCollisionObject(&m_ghost);
+    }
+    Character(const Character&) = delete;
+    Character& operator=(const Character&) = delete;
+
+    btKinematicCharacterController& controller() { return m_controller; }
+    btVector3 place() const { return m_ghost.getWorldTransform().getOrigin(); }
+
+private:
+    btDiscreteDynamicsWorld& m_world;
+    btCapsuleShape& m_capsule;
+    btPairCachingGhostObject m_ghost;
+    btKinematicCharacterController m_controller;
+};
+
+/// A character stands on a lift among boxes that ride too, and walks off it. On bodies that can move, a character is not
+/// comparable: its ghost pushes them like a wall.
+Measures lift(SolverScene& scene)
+{
+    scene.addFloor();
+    btRigidBody& platform = scene.addKinematic(scene.box(1.5, 0.25, 1.5), vec(0, 0.5, 0));
+    btRigidBody& rider = scene.add(scene.box(0.3, 0.3, 0.3), 2, vec(-1, 1.05, 0));
+    rider.setActivationState(DISABLE_DEACTIVATION);
+    scene.enter();
+    Character character(scene, vec(0.5, 1.7, 0));
+    double time = 0;
+    scene.setScript(
+        [&]
+        {
+            time += scene.dt();
+            platform.setWorldTransform(at(0, 1.5 - std::cos(time), 0));
+        });
+    scene.step(180);
+    const double over = double(character.place().y()) - heightOfBody(platform);
+    const double riderOver = heightOfBody(rider) - heightOfBody(platform);
+    character.controller().setWalkDirection(vec(0.05, 0, 0));
+    scene.step(120);
+    scene.setScript({});
+    return {equal("over lift", over, 0.02), equal("box over lift", riderOver, 0.01),
+            equal("way", double(character.place().x()), 0.05),
+            equal("height beside the lift", double(character.place().y()), 0.02)};
+}
+
+TEST(SolverActors, CarryCharactersOnLiftsAsStock)
+{
+    expectAsStock(lift);
 }
 
 /// A doll of six capsules with hinges, cones and a ball joint.

@@ -323,7 +323,7 @@ TEST(SolverJoints, LimitConesAndTurnGearsAsStock)
 }
 
 /// A chain of 20 links hangs from a fixed body and swings; each third link is heavy.
-Measures chain(SolverScene& scene)
+void addChain(SolverScene& scene)
 {
     btCapsuleShape& link = scene.shape<btCapsuleShape>(btScalar(0.1), btScalar(0.3));
     btRigidBody* above = &scene.add(scene.box(0.1, 0.1, 0.1), 0, vec(0, 20, 0));
@@ -337,6 +337,11 @@ Measures chain(SolverScene& scene)
         pivot = vec(0, -0.25, 0);
         above = &body;
     }
+}
+
+Measures chain(SolverScene& scene)
+{
+    addChain(scene);
     double worst = 0, sum = 0;
     for (int i = 0; i < 300; ++i)
     {
@@ -350,7 +355,28 @@ Measures chain(SolverScene& scene)
 
 TEST(SolverJoints, HoldChainsAsStockWithModelBullet)
 {
-    expectAsStock(chain, 10, {Contender::Bullet});
+    expectAsStock(chain, 5, {Contender::Bullet});
+}
+
+/// Without the largest error, which comes when the end of the chain cracks like a whip: the soft model leaves it more speed.
+Measures chainWithItsEnergy(SolverScene& scene)
+{
+    addChain(scene);
+    scene.enter();
+    const double first = scene.totalEnergy();
+    double sum = 0, energy = 0;
+    for (int i = 0; i < 300; ++i)
+    {
+        scene.step();
+        sum += scene.pivotError() / 300;
+        energy = std::max(energy, scene.totalEnergy());
+    }
+    return {notMore("mean joint error", sum, 0.005), notMore("growth of energy", energy / first, 0.01)};
+}
+
+TEST(SolverJoints, HoldChainsWithoutGainOfEnergyWithModelSoft)
+{
+    expectAsStock(chainWithItsEnergy, 3, {Contender::Soft});
 }
 
 /// A plank bridge with boxes that fall on it.
@@ -393,9 +419,9 @@ Measures bridge(SolverScene& scene)
             notLess("loads on bridge", onBridge, 0)};
 }
 
-TEST(SolverJoints, HoldBridgesAsStockWithModelBullet)
+TEST(SolverJoints, HoldBridgesNoWorseThanStock)
 {
-    expectAsStock(bridge, 5, {Contender::Bullet});
+    expectAsStock(bridge, 5);
 }
 
 /// One joint with many iterations of its own among others with few.
@@ -416,15 +442,11 @@ Measures ownIterations(SolverScene& scene)
     return {notMore("joint error", scene.pivotError(), 0.01)};
 }
 
-TEST(SolverJoints, TakeIterationsOfTheirOwnAsStockWithModelBullet)
+TEST(SolverJoints, TakeIterationsOfTheirOwnAsStock)
 {
-    expectAsStock(ownIterations, 1, {Contender::Bullet});
+    expectAsStock(ownIterations, 5);
 }
 
-TEST(SolverJoints, TakeIterationsOfTheirOwnAsStockWithModelSoft)
-{
-    expectAsStock(ownIterations, 1, {Contender::Soft});
-}
 /// A chain that hangs from a fixed bead sideways by a little, and swings.
 Measures hangingBeads(SolverScene& scene)
 {
@@ -447,9 +469,9 @@ Measures hangingBeads(SolverScene& scene)
     return {notMore("most kinetic energy after 3 s", most, 0.1)};
 }
 
-TEST(SolverJoints, SwingChainsWithNoMoreEnergyThanStockWithModelBullet)
+TEST(SolverJoints, LetHangingChainsComeToRestAsStock)
 {
-    expectAsStock(hangingBeads, 3, {Contender::Bullet});
+    expectAsStock(hangingBeads, 3);
 }
 }  // namespace
 }  // namespace cullet::test

@@ -1,0 +1,157 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+
+// Groups for whose rows there is no memory: Bullet's solver solves them, with its bits.
+#include "cullet/plugin/world.h"
+#include "cullet/tests/plugin/solver/solver_scene.h"
+#include "cullet/tests/support/process/failing_new.h"
+
+#include <gtest/gtest.h>
+
+namespace cullet::test
+{
+namespace
+{
+SolverOptions optionsOf(SolverModel model, int threads)
+{
+    SolverOptions options;
+    options.model = model;
+    options.threads = threads;
+    return options;
+}
+
+/// One call of operator new fails in the first step.
+class FaultySolver : public Solver
+{
+public:
+    FaultySolver(SolverModel model, std::uint64_t after) : Solver(optionsOf(model, 1)), m_after(after) {}
+
+    btScalar solveGroup(btCollisionObject** bodies, int bodyCount, btPersistentManifold** manifolds,
+                        int manifoldCount, btTypedConstraint** joints, int jointCount,
+                        const btContactSolverInfo& info, btIDebugDraw* debugDrawer,
+                        btDispatcher* dispatcher) override
+    {
+        if (m_hasRun)
+            return Solver::solveGroup(bodies, bodyCount, manifolds, manifoldCount, joints, jointCount, info,
+                                      debugDrawer, dispatcher);
+        m_hasRun = true;
+        const OneNewFails failing(m_after);
+        const btScalar result = Solver::solveGroup(bodies, bodyCount, manifolds, manifoldCount, joints,
+                                                   jointCount, info, debugDrawer, dispatcher);
+        hasFailed = failing.hasHappened();
+        return result;
+    }
+
+    bool hasFailed = false;
+
+private:
+    std::uint64_t m_after;
+    bool m_hasRun = false;
+};
+
+/// Boxes on each other, joined in pairs, in one island.
+void buildStack(SolverScene& scene)
+{
+    scene.addFloor();
+    btBoxShape& cube = scene.box(0.5, 0.5, 0.5);
+    for (int i = 0; i < 8; ++i)
+        scene.add(cube, 1, vec(0.1 * (i % 2), 0.49 + 0.98 * i, 0));
+    for (std::size_t i = 1; i + 1 < 8; i += 2)
+        scene.join<btPoint2PointConstraint>(*scene.bodies()[i], *scene.bodies()[i + 1], vec(0, 0.5, 0),
+                                            vec(0, -0.5, 0));
+}
+
+/// Hashes of a world whose first step Bullet's solver solves, and Solver the others.
+std::vector<std::uint64_t> hashesAfterBulletsStep(SolverModel model, int steps)
+{
+    SolverScene scene(model == SolverModel::Bullet ? Contender::Bullet : Contender::Soft);
+    buildStack(scene);
+    btSequentialImpulseConstraintSolver bullets;
+    std::vector<std::uint64_t> hashes;
+    for (int i = 0; i < steps; ++i)
+    {
+        scene.world().setConstraintSolver(i == 0 ? &bullets : &scene.solver());
+        scene.step();
+        hashes.push_back(scene.hash());
+    }
+    return hashes;
+}
+
+TEST(SolverMemory, LeavesGroupToBulletWhenAnyAllocationFails)
+{
+    constexpr int kSteps = 4;
+    for (const SolverModel model : {SolverModel::Bullet, SolverModel::Soft})
+    {
+        const std::vector<std::uint64_t> expected = hashesAfterBulletsStep(model, kSteps);
+        std::uint64_t after = 0;
+        for (bool hasFailed = true; hasFailed; ++after)
+        {
+            SolverScene scene(std::make_unique<FaultySolver>(model, after), 0, makeDiscreteWorld);
+            buildStack(scene);
+            const auto& solver = static_cast<FaultySolver&>(scene.solver());
+            scene.step();
+            hasFailed = solver.hasFailed;
+            EXPECT_EQ(solver.stats().refusal, hasFailed ? SolverRefusal::NoMemory : SolverRefusal::No)
+                << after;
+            EXPECT_EQ(solver.stats().refusedGroups, hasFailed ? 1u : 0u) << after;
+            for (int i = 0; hasFailed && i < kSteps; ++i)
+            {
+                EXPECT_EQ(scene.hash(), expected[std::size_t(i)]) << after << ", step " << i;
+                scene.step();
+                EXPECT_EQ(solver.stats().refusal, SolverRefusal::No) << after;
+            }
+        }
+        EXPECT_GT(after, 15u);
+    }
+}
+
+/// One call of operator new fails while the groups of a world are solved.
+class FaultyTasks : public World<btDiscreteDynamicsWorld>
+{
+public:
+    using World<btDiscreteDynamicsWorld>::World;
+    void solveConstraints(btContactSolverInfo& info) override
+    {
+        const OneNewFails failing(after);
+        World::solveConstraints(info);
+        hasFailed = failing.hasHappened();
+    }
+
+    std::uint64_t after = 0;
+    bool hasFailed = false;
+};
+
+TEST(SolverMemory, SolvesAllIslandsOfWorldWhenAnyAllocationFails)
+{
+    std::uint64_t failures = 0, refusals = 0;
+    for (bool hasFailed = true; hasFailed; ++failures)
+    {
+        FaultyTasks* world = nullptr;
+        const auto makeWorld = [&](btDispatcher* dispatcher, btBroadphaseInterface* broadphase,
+                                   btConstraintSolver* solver, btCollisionConfiguration* configuration)
+        {
+            auto made = std::make_unique<FaultyTasks>(dispatcher, broadphase, solver, configuration);
+            world = made.get();
+            return made;
+        };
+        SolverScene scene(std::make_unique<Solver>(optionsOf(SolverModel::Bullet, 2)), 0, makeWorld);
+        scene.info().m_minimumSolverBatchSize = 1;
+        scene.addFloor();
+        btBoxShape& cube = scene.box(0.5, 0.5, 0.5);
+        for (int i = 0; i < 12; ++i)
+            scene.add(cube, 1, vec(2 * (i / 2), 0.49 + 0.98 * (i % 2), 0));
+        scene.enter();
+        world->after = failures;
+        scene.step();
+        hasFailed = world->hasFailed;
+        refusals += static_cast<Solver&>(scene.solver()).stats().refusedGroups;
+        world->after = ~std::uint64_t{0};
+        scene.step(30);
+        for (std::size_t i = 1; i < scene.bodies().size(); ++i)
+            EXPECT_NEAR(heightOfBody(*scene.bodies()[i]), 0.5 + double((i - 1) % 2), 0.02) << failures;
+    }
+    EXPECT_GT(failures, 15u);
+    EXPECT_GT(refusals, 0u);
+}
+}  // namespace
+}  // namespace cullet::test
