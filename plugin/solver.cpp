@@ -69,9 +69,9 @@ SolverGroup groupOf(const SolverTasks& what, std::uint32_t number)
             group.manifolds.size(),     what.islands.joints(group), group.joints.size()};
 }
 
-/// Threads wait for each other at the end of each colour, of which an iteration has two times ten: two of them gain nothing
-/// on a pyramid of 2,000 contacts.
-constexpr double kSharedPart = 0.2;
+/// An estimate: one thread finds the colours, and threads wait for each other at the end of each colour, of which an iteration
+/// has two times ten.
+constexpr double kSharedPart = 0.5;
 
 /// Nanoseconds that one thread needs for the part of a group that others can take over.
 double workOf(const SolverGroup& group, const btContactSolverInfo& info)

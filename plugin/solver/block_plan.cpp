@@ -11,7 +11,10 @@ inline namespace CULLET_PRECISION
 namespace
 {
 constexpr std::uint32_t kKeys = (BlockPlan::kColours + 1) * BlockPlan::kKinds;
-}
+/// Constraints that are worth an order by bodies.
+constexpr std::size_t kMany = 512;
+constexpr std::uint32_t kRanges = 512;  ///< of bodies that are near each other
+}  // namespace
 
 void BlockPlan::build(const std::vector<Constraint>& constraints, std::uint32_t bodies)
 {
@@ -19,7 +22,9 @@ void BlockPlan::build(const std::vector<Constraint>& constraints, std::uint32_t 
     m_keys.resize(constraints.size());
     for (std::size_t i = 0; i < constraints.size(); ++i)
         m_keys[i] = kKinds * colourOf(constraints[i]) + constraints[i].kind;
-    sortByColour(constraints);
+    if (constraints.size() >= kMany)
+        sortByBody(constraints, bodies);
+    sortByColour(constraints.size() >= kMany);
     cutBlocks();
 }
 
@@ -35,17 +40,43 @@ std::uint32_t BlockPlan::colourOf(const Constraint& constraint)
     return static_cast<std::uint32_t>(__builtin_ctzll(bit));
 }
 
-void BlockPlan::sortByColour(const std::vector<Constraint>& constraints)
+/// Sorts constraints by ranges of bodies; those without a colour stay in their order.
+void BlockPlan::sortByBody(const std::vector<Constraint>& constraints, std::uint32_t bodies)
+{
+    unsigned shift = 0;
+    while (bodies >> shift > kRanges)
+        ++shift;
+    const auto rangeOf = [&](std::uint32_t i)
+    {
+        const Constraint& constraint = constraints[i];
+        const std::uint32_t body = constraint.a != kFixedBody ? constraint.a : constraint.b;
+        return m_keys[i] >= kKinds * kColours ? kRanges : body >> shift;
+    };
+    m_firsts.assign(kRanges + 2, 0);
+    for (std::uint32_t i = 0; i < constraints.size(); ++i)
+        ++m_firsts[rangeOf(i) + 1];
+    for (std::uint32_t range = 0; range <= kRanges; ++range)
+        m_firsts[range + 1] += m_firsts[range];
+    m_byBody.resize(constraints.size());
+    for (std::uint32_t i = 0; i < constraints.size(); ++i)
+        m_byBody[m_firsts[rangeOf(i)]++] = i;
+}
+
+/// @param byBody whether in the order of m_byBody
+void BlockPlan::sortByColour(bool byBody)
 {
     m_firsts.assign(kKeys + 1, 0);
     for (std::uint32_t key : m_keys)
         ++m_firsts[key + 1];
     for (std::uint32_t key = 0; key < kKeys; ++key)
         m_firsts[key + 1] += m_firsts[key];
-    m_order.resize(constraints.size());
+    m_order.resize(m_keys.size());
     std::vector<std::uint32_t>& next = m_firsts;
-    for (std::uint32_t i = 0; i < m_keys.size(); ++i)
+    for (std::uint32_t k = 0; k < m_keys.size(); ++k)
+    {
+        const std::uint32_t i = byBody ? m_byBody[k] : k;
         m_order[next[m_keys[i]]++] = i;
+    }
     // Each entry has become the end of its key, which is where the next key begins.
 }
 

@@ -15,7 +15,8 @@ inline namespace CULLET_PRECISION
 /// any order, in lanes and on threads, with the same result.
 ///
 /// Each constraint gets the first colour that its bodies do not have yet, in the order of the constraints. Those of a
-/// body with more than kColours come last, one after the other.
+/// body with more than kColours come last, one after the other, in that order. If there are many, those of
+/// bodies with near numbers are near each other within a colour.
 class BlockPlan
 {
 public:
@@ -57,13 +58,15 @@ public:
 
 private:
     std::uint32_t colourOf(const Constraint& constraint);
-    void sortByColour(const std::vector<Constraint>& constraints);
+    void sortByBody(const std::vector<Constraint>& constraints, std::uint32_t bodies);
+    void sortByColour(bool byBody);
     void cutBlocks();
 
-    std::vector<std::uint64_t> m_used;  ///< [body], a bit for each of its colours
-    std::vector<std::uint32_t> m_keys;  ///< [constraint], kKinds * colour + kind
+    std::vector<std::uint64_t> m_used;    ///< [body], a bit for each of its colours
+    std::vector<std::uint32_t> m_keys;    ///< [constraint], kKinds * colour + kind
+    std::vector<std::uint32_t> m_byBody;  ///< constraints, roughly in the order of their bodies
     std::vector<std::uint32_t> m_order;
-    std::vector<std::uint32_t> m_firsts;  ///< [key] in m_order
+    std::vector<std::uint32_t> m_firsts;  ///< [key] in m_order, [range of bodies] in m_byBody
     std::vector<Block> m_blocks;
     std::vector<Colour> m_colours;
 };

@@ -2,11 +2,10 @@
 // SPDX-License-Identifier: Zlib
 #include "cullet/plugin/solver/contact_set.h"
 
-#include "cullet/plugin/solver/colour_loops.h"
+#include "cullet/base/threads/parallel_for_each.h"
 #include "cullet/plugin/solver/point_source.h"
 #include "cullet/plugin/step/prefetch_step.h"
 
-#include <BulletCollision/CollisionDispatch/btCollisionObject.h>
 #include <BulletCollision/NarrowPhaseCollision/btPersistentManifold.h>
 #include <BulletDynamics/ConstraintSolver/btContactSolverInfo.h>
 
@@ -18,111 +17,49 @@ inline namespace CULLET_PRECISION
 {
 namespace
 {
-/// Two rounds of a mixing function by Chris Wellons ("hash prospector"), each of which changes all bits.
-std::uint32_t hashOf(std::uint32_t a, std::uint32_t b)
-{
-    std::uint32_t hash = 0;
-    for (const std::uint32_t id : {a, b})
-    {
-        hash ^= id;
-        hash = (hash ^ hash >> 16) * 0x7feb352du;
-        hash = (hash ^ hash >> 15) * 0x846ca68bu;
-        hash ^= hash >> 16;
-    }
-    return hash;
-}
+/// Blocks and contacts for which a task pays.
+constexpr std::size_t kBlockGrain = 64, kContactGrain = 2048;
 }  // namespace
 
 void ContactSet::collect(const btContactSolverInfo& info, btPersistentManifold** manifolds, int count,
-                         SolverBodies& bodies)
+                         SolverBodies& bodies, ParallelLoops& loops)
 {
-    m_contacts.clear();
-    m_bounces = m_hasOwnSoftness = false;
-    for (int i = 0; i < count; ++i)
-    {
-        // Bullet's own narrow phase has a manifold for each pair of boxes, most of them without points.
-        if (i + 2 * kPrefetchDistance < count)
-            prefetchBodiesOf(manifolds[i + 2 * kPrefetchDistance]);
-        if (i + kPrefetchDistance < count && manifolds[i + kPrefetchDistance]->getNumContacts() > 0)
-            prefetchPointsOf(manifolds[i + kPrefetchDistance]);
-        add(info, *manifolds[i], bodies);
-    }
-    m_order.sort(m_contacts, [](const Contact& contact) { return contact.hash; });
+    m_contacts.collect(info, manifolds, count, bodies, loops);
 }
 
-void ContactSet::plan(const SolverStep& step, SolverBodies& bodies, const ParallelLoops& loops)
+void ContactSet::plan(const SolverStep& step, SolverBodies& bodies, ParallelLoops& loops)
 {
-    m_constraints.clear();
-    for (const Contact& contact : m_contacts)
+    m_constraints.resize(m_contacts.size());
+    const auto moved = [&](std::uint32_t body) { return bodies.isMoved(body) ? body : kFixedBody; };
+    parallelForEach(loops, m_contacts.size(), kContactGrain,
+                    [&](std::uint32_t i)
+                    {
+                        const Contact& contact = m_contacts[i];
+                        m_constraints[i] = {moved(contact.a), moved(contact.b), 4u - contact.points};
+                    });
+    for (std::uint32_t i = 0; step.isSoft && i < m_contacts.size(); ++i)
     {
-        const auto moved = [&](std::uint32_t body) { return bodies.isMoved(body) ? body : kFixedBody; };
-        bodies.bind(contact.a);
-        bodies.bind(contact.b);
-        m_constraints.push_back({moved(contact.a), moved(contact.b), 4u - contact.points});
+        bodies.bind(m_contacts[i].a);
+        bodies.bind(m_contacts[i].b);
     }
     m_plan.build(m_constraints, bodies.size());
-    layOut(step, bodies);
-    m_residuals.resize(loops.threads());
+    layOut(step, bodies, loops);
 }
 
-void ContactSet::add(const btContactSolverInfo& info, btPersistentManifold& manifold, SolverBodies& bodies)
-{
-    const LivePoints live(manifold);
-    if (live.count == 0)
-        return;
-    const auto numberOf = [&](const btCollisionObject* object)
-    { return bodies.add(*const_cast<btCollisionObject*>(object)); };
-    Contact contact{};
-    contact.manifold = &manifold;
-    contact.a = numberOf(manifold.getBody0());
-    contact.b = numberOf(manifold.getBody1());
-    if (!bodies.isMoved(contact.a) && !bodies.isMoved(contact.b))
-        return;
-    contact.hash = hashOf(bodies.localId(contact.a), bodies.localId(contact.b));
-    contact.points = static_cast<std::uint8_t>(live.count);
-    for (int k = 0; k < live.count; ++k)
-        notePoint(info, *live.points[k], k, contact);
-    m_contacts.push_back(contact);
-}
-
-void ContactSet::notePoint(const btContactSolverInfo& info, const btManifoldPoint& point, int index,
-                           Contact& contact)
-{
-    constexpr int kOwnSoftness = BT_CONTACT_FLAG_HAS_CONTACT_CFM | BT_CONTACT_FLAG_HAS_CONTACT_ERP |
-                                 BT_CONTACT_FLAG_CONTACT_STIFFNESS_DAMPING | BT_CONTACT_FLAG_FRICTION_ANCHOR;
-    const bool isDeep = info.m_splitImpulse &&
-                        point.getDistance() + info.m_linearSlop <= info.m_splitImpulsePenetrationThreshold;
-    contact.deep |= static_cast<std::uint8_t>(isDeep << index);
-    contact.turns |= static_cast<std::uint8_t>((point.m_combinedRollingFriction > 0) << index);
-    m_bounces = m_bounces || point.m_combinedRestitution > 0;
-    m_hasOwnSoftness = m_hasOwnSoftness || (point.m_contactPointFlags & kOwnSoftness) != 0;
-}
-
-void ContactSet::layOut(const SolverStep& step, const SolverBodies& bodies)
+void ContactSet::layOut(const SolverStep& step, const SolverBodies& bodies, ParallelLoops& loops)
 {
     m_blocks.resize(m_plan.blocks().size());
+    parallelForEach(loops, m_blocks.size(), kBlockGrain,
+                    [&](std::uint32_t i) { fillBlock(bodies, m_plan.blocks()[i], m_blocks[i]); });
     std::uint32_t rows = 0;
     m_pushCount = 0;
-    for (std::size_t i = 0; i < m_blocks.size(); ++i)
+    for (ContactBlock& block : m_blocks)
     {
-        ContactBlock& block = m_blocks[i];
-        const BlockPlan::Block& planned = m_plan.blocks()[i];
-        fillLanes(bodies, planned, block);
-        unsigned deep = 0, turns = 0, points = 0;
-        for (std::uint32_t lane = 0; lane < planned.lanes; ++lane)
-        {
-            const Contact& contact = m_contacts[block.manifolds[lane]];
-            deep |= contact.deep;
-            turns |= contact.turns;
-            points = std::max<unsigned>(points, contact.points);
-        }
-        block.points = static_cast<std::uint8_t>(points);
-        for (unsigned k = 0; k < points; ++k)
+        for (int k = 0; k < block.points; ++k)
         {
             PointRows& point = block.rows[k];
             point.first = rows;
-            point.turns = (turns >> k & 1) != 0;
-            point.push = step.isSoft || (deep >> k & 1) != 0 ? m_pushCount++ : PointRows::kNoPush;
+            point.push = step.isSoft || point.isDeep ? m_pushCount++ : PointRows::kNoPush;
             rows += 1 + static_cast<unsigned>(step.slidingRows) + (point.turns ? 3 : 0);
         }
     }
@@ -130,10 +67,13 @@ void ContactSet::layOut(const SolverStep& step, const SolverBodies& bodies)
     m_pushes.allocate(m_pushCount);
 }
 
-void ContactSet::fillLanes(const SolverBodies& bodies, const BlockPlan::Block& planned, ContactBlock& block)
+void ContactSet::fillBlock(const SolverBodies& bodies, const BlockPlan::Block& planned,
+                           ContactBlock& block) const
 {
     block.lanes = static_cast<std::uint8_t>(planned.lanes);
+    block.isPlain = true;
     block.bodies.clear();
+    unsigned deep = 0, turns = 0, points = 0;
     for (std::uint32_t lane = 0; lane < planned.lanes; ++lane)
     {
         const std::uint32_t index = m_plan.order()[planned.first + lane];
@@ -141,88 +81,107 @@ void ContactSet::fillLanes(const SolverBodies& bodies, const BlockPlan::Block& p
         block.manifolds[lane] = index;
         block.bodies.set(lane, {contact.a, bodies.isMoved(contact.a)},
                          {contact.b, bodies.isMoved(contact.b)});
+        block.isPlain = block.isPlain && contact.isPlain;
+        deep |= contact.deep;
+        turns |= contact.turns;
+        points = std::max<unsigned>(points, contact.points);
+    }
+    block.points = static_cast<std::uint8_t>(points);
+    for (unsigned k = 0; k < points; ++k)
+    {
+        block.rows[k].turns = (turns >> k & 1) != 0;
+        block.rows[k].isDeep = (deep >> k & 1) != 0;
     }
 }
 
 void ContactSet::setUp(const SolverStep& step, const btContactSolverInfo& info, SolverBodies& bodies,
-                       ParallelLoops& loops)
+                       ColourLoops& colours, ParallelLoops& loops)
 {
-    forEachBlock(m_plan, loops, [&](std::uint32_t i, unsigned) { setUpBlock(step, info, bodies, i); });
-}
-
-/// Prefetches the points of the block after this one.
-void ContactSet::readAhead(std::uint32_t index) const
-{
-    if (index + 1 == m_blocks.size())
-        return;
-    const ContactBlock& next = m_blocks[index + 1];
-    for (int lane = 0; lane < next.lanes; ++lane)
-        prefetchPointsOf(m_contacts[next.manifolds[lane]].manifold);
+    const auto setUpBlocks = [&](const BlockRange& range)
+    {
+        for (std::uint32_t i = range.begin; i < range.end; ++i)
+            setUpBlock(step, info, bodies, i);
+    };
+    colours.run({&m_plan, setUpBlocks}, loops);
 }
 
 void ContactSet::setUpBlock(const SolverStep& step, const btContactSolverInfo& info, SolverBodies& bodies,
                             std::uint32_t index)
 {
+    if (index + 1 < m_blocks.size())
+    {
+        const ContactBlock& next = m_blocks[index + 1];
+        for (int lane = 0; lane < next.lanes; ++lane)
+            prefetchPointsOf(m_contacts[next.manifolds[lane]].manifold);
+    }
     ContactBlock& block = m_blocks[index];
-    readAhead(index);
-    btPersistentManifold* manifolds[kBlock];
-    LivePoints points[kBlock];
+    BlockPoints points;
+    points.lanes = block.lanes;
+    points.isPlain = block.isPlain && !step.keepsSlides;
     for (int lane = 0; lane < block.lanes; ++lane)
     {
-        manifolds[lane] = m_contacts[block.manifolds[lane]].manifold;
-        points[lane] = LivePoints(*manifolds[lane]);
+        const Contact& contact = m_contacts[block.manifolds[lane]];
+        points.manifolds[lane] = contact.manifold;
+        points.live[lane] = LivePoints(*contact.manifold, contact.live);
     }
+    const RowKernels& kernels = rowKernels();
     PointSource sources[4];
     for (int k = 0; k < block.points; ++k)
-        readPoints(info, points, manifolds, block.lanes, k, sources[k]);
-    rowKernels().setUp(step, bodies.states(), block, sources, m_rows.data(), m_pushes.data(),
-                       bodies.motions());
+    {
+        points.choose(k, sources[k]);
+        kernels.readPoints(step, sources[k]);
+        readRarities(info, points, block.rows[k].turns, sources[k]);
+    }
+    kernels.setUp(step, bodies.states(), block, sources, m_rows.data(), m_pushes.data(), bodies.motions());
 }
 
-btScalar ContactSet::solve(const SolverStep& step, SolverBodies& bodies, ParallelLoops& loops)
+void ContactSet::addLoops(const SolverStep& step, int iterations, SolverBodies& bodies, btScalar* residuals,
+                          std::vector<ColourLoop>& to)
 {
-    std::fill(m_residuals.begin(), m_residuals.end(), btScalar(0));
     // All normals first: a stack that friction shakes before its weight is carried does not come to rest.
     for (const auto kernel : {rowKernels().press, rowKernels().rub})
     {
-        const auto solveBlock = [&](std::uint32_t i, unsigned thread)
+        const auto solveBlocks =
+            [this, &step, &bodies, kernel, iterations, residuals](const BlockRange& range)
         {
-            const btScalar residual = kernel(step, m_blocks[i], m_rows.data(), bodies.motions());
-            m_residuals[thread] = std::max(m_residuals[thread], residual);
+            if (range.round >= iterations)
+                return;
+            const btScalar residual = kernel(step, m_blocks.data() + range.begin, range.end - range.begin,
+                                             m_rows.data(), bodies.motions());
+            residuals[range.thread] = std::max(residuals[range.thread], residual);
         };
-        forEachBlock(m_plan, loops, solveBlock);
+        to.push_back({&m_plan, solveBlocks});
     }
-    return *std::max_element(m_residuals.begin(), m_residuals.end());
 }
 
-void ContactSet::applyImpulses(const SolverStep& step, SolverBodies& bodies, ParallelLoops& loops) const
+ColourLoop ContactSet::applyImpulses(const SolverStep& step, SolverBodies& bodies) const
 {
-    const RowKernels& kernels = rowKernels();
-    forEachBlock(m_plan, loops,
-                 [&](std::uint32_t i, unsigned)
-                 { kernels.applyContacts(step, m_blocks[i], m_rows.data(), bodies.motions()); });
+    return {&m_plan, [this, &step, &bodies](const BlockRange& range)
+            {
+                for (std::uint32_t i = range.begin; i < range.end; ++i)
+                    rowKernels().applyContacts(step, m_blocks[i], m_rows.data(), bodies.motions());
+            }};
 }
 
-void ContactSet::solveSoft(const SolverStep& step, const SoftStep& substep, SolverBodies& bodies,
-                           ParallelLoops& loops)
+ColourLoop ContactSet::solveSoft(const SolverStep& step, const SoftStep& substep, SolverBodies& bodies)
 {
-    const RowKernels& kernels = rowKernels();
-    forEachBlock(m_plan, loops,
-                 [&](std::uint32_t i, unsigned)
-                 {
-                     kernels.solveSoft(step, substep, m_blocks[i], m_rows.data(), m_pushes.data(),
-                                       bodies.pushes(), bodies.motions());
-                 });
+    return {&m_plan, [this, &step, &substep, &bodies](const BlockRange& range)
+            {
+                rowKernels().solveSoft(step, substep, m_blocks.data() + range.begin, range.end - range.begin,
+                                       m_rows.data(), m_pushes.data(), bodies.pushes(), bodies.motions());
+            }};
 }
 
-void ContactSet::bounce(SolverBodies& bodies, ParallelLoops& loops)
+void ContactSet::bounce(SolverBodies& bodies, ColourLoops& colours, ParallelLoops& loops)
 {
-    if (!m_bounces)
+    if (!m_contacts.bounces())
         return;
-    const RowKernels& kernels = rowKernels();
-    forEachBlock(m_plan, loops,
-                 [&](std::uint32_t i, unsigned)
-                 { kernels.bounce(m_blocks[i], m_rows.data(), m_pushes.data(), bodies.motions()); });
+    const auto bounceBlocks = [&](const BlockRange& range)
+    {
+        for (std::uint32_t i = range.begin; i < range.end; ++i)
+            rowKernels().bounce(m_blocks[i], m_rows.data(), m_pushes.data(), bodies.motions());
+    };
+    colours.run({&m_plan, bounceBlocks}, loops);
 }
 
 btScalar ContactSet::push(SolverBodies& bodies)
@@ -244,27 +203,45 @@ btScalar ContactSet::push(SolverBodies& bodies)
 
 void ContactSet::writeBack(const SolverStep& step, ParallelLoops& loops) const
 {
-    const auto writeBlock = [&](std::uint32_t index, unsigned)
+    parallelForEach(loops, m_blocks.size(), kBlockGrain,
+                    [&](std::uint32_t i)
+                    {
+                        if (i + 1 < m_blocks.size())
+                            readAhead(m_blocks[i + 1]);
+                        writeBlock(step, m_blocks[i]);
+                    });
+}
+
+/// Prefetches the impulses of a block's points.
+void ContactSet::readAhead(const ContactBlock& block) const
+{
+    for (int lane = 0; lane < block.lanes; ++lane)
     {
-        readAhead(index);
-        const ContactBlock& block = m_blocks[index];
-        for (int lane = 0; lane < block.lanes; ++lane)
+        const Contact& contact = m_contacts[block.manifolds[lane]];
+        const LivePoints live(*contact.manifold, contact.live);
+        for (int k = 0; k < live.count; ++k)
+            prefetchByte(&live.points[k]->m_appliedImpulse, 0);
+    }
+}
+
+void ContactSet::writeBlock(const SolverStep& step, const ContactBlock& block) const
+{
+    for (int lane = 0; lane < block.lanes; ++lane)
+    {
+        const Contact& contact = m_contacts[block.manifolds[lane]];
+        const LivePoints live(*contact.manifold, contact.live);
+        for (int k = 0; k < live.count; ++k)
         {
-            const LivePoints live(*m_contacts[block.manifolds[lane]].manifold);
-            for (int k = 0; k < live.count; ++k)
-            {
-                const RowBlock* row = m_rows.data() + block.rows[k].first;
-                btManifoldPoint& point = *live.points[k];
-                // Of the whole step.
-                point.m_appliedImpulse = step.isSoft ? m_pushes.data()[block.rows[k].push].impulse.lane[lane]
-                                                     : row[0].impulse.lane[lane];
-                point.m_appliedImpulseLateral1 = row[1].impulse.lane[lane] / step.share;
-                if (step.slidingRows == 2)
-                    point.m_appliedImpulseLateral2 = row[2].impulse.lane[lane] / step.share;
-            }
+            const RowBlock* row = m_rows.data() + block.rows[k].first;
+            btManifoldPoint& point = *live.points[k];
+            // Of the whole step.
+            point.m_appliedImpulse = step.isSoft ? m_pushes.data()[block.rows[k].push].impulse.lane[lane]
+                                                 : row[0].impulse.lane[lane];
+            point.m_appliedImpulseLateral1 = row[1].impulse.lane[lane] / step.share;
+            if (step.slidingRows == 2)
+                point.m_appliedImpulseLateral2 = row[2].impulse.lane[lane] / step.share;
         }
-    };
-    forEachBlock(m_plan, loops, writeBlock);
+    }
 }
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

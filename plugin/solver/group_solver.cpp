@@ -32,6 +32,9 @@ SolverStep stepOf(const btContactSolverInfo& info)
                                          : -std::numeric_limits<btScalar>::infinity();
     step.bounceAbove = info.m_restitutionVelocityThreshold;
     step.anchorVelocity = info.m_frictionERP / info.m_timeStep;
+    step.slop = info.m_linearSlop;
+    step.softness = info.m_globalCfm / info.m_timeStep;
+    step.errorReduction = info.m_erp2;
     step.slidingRows = hasMode(info, SOLVER_USE_2_FRICTION_DIRECTIONS) ? 2 : 1;
     step.slidesAlongVelocity = !hasMode(info, SOLVER_DISABLE_VELOCITY_DEPENDENT_FRICTION_DIRECTION);
     step.keepsSlides = !step.slidesAlongVelocity && step.slidingRows == 2;
@@ -65,17 +68,18 @@ SoftContact softContact(btScalar frequency, btScalar damping, btScalar time)
 void GroupSolver::setUp(const SolverGroup& group, const btContactSolverInfo& info,
                         const SolverOptions& options, ParallelLoops& loops)
 {
-    m_bodies.clear(group.bodies, group.bodyCount);
-    m_joints.collect(info, group.joints, group.jointCount, m_bodies);
-    m_contacts.collect(info, group.manifolds, group.manifoldCount, m_bodies);
+    m_bodies.number(group.bodies, group.bodyCount, loops);
+    m_joints.collect(info, group.joints, group.jointCount, m_bodies, loops);
+    m_contacts.collect(info, group.manifolds, group.manifoldCount, m_bodies, loops);
     m_step = options.model == SolverModel::Soft && !m_contacts.hasOwnSoftness()
                  ? softStepOf(info, options.substeps)
                  : stepOf(info);
-    m_joints.plan(m_bodies, loops);
+    m_joints.plan(m_bodies);
     m_contacts.plan(m_step, m_bodies, loops);
     m_bodies.readStates(info, loops);
     m_joints.setUp(m_step, info, m_bodies, loops);
-    m_contacts.setUp(m_step, info, m_bodies, loops);
+    m_contacts.setUp(m_step, info, m_bodies, m_colours, loops);
+    m_residuals.resize(loops.threads());
 }
 
 void GroupSolver::solve(const btContactSolverInfo& info, const SolverOptions& options, ParallelLoops& loops)
@@ -99,8 +103,9 @@ void GroupSolver::solve(const btContactSolverInfo& info, const SolverOptions& op
 /// The iterations that joints take part in, divided among the passes of a step.
 void GroupSolver::iterateJoints(int iterations, bool relaxes, ParallelLoops& loops)
 {
-    for (int i = 0; i < iterations; i += m_step.jointPasses)
-        m_joints.solve(m_step, i, relaxes, m_bodies, loops);
+    const int stride = m_step.jointPasses;
+    m_colours.run({m_joints.solve(m_step, stride, relaxes, m_bodies, m_residuals.data())}, 0,
+                  (iterations + stride - 1) / stride, loops);
 }
 
 GroupReport GroupSolver::report() const
@@ -123,28 +128,29 @@ void GroupSolver::takeSubsteps(const btContactSolverInfo& info, const SolverOpti
     const btScalar frequency = std::min(options.contactFrequency, 1 / (4 * time));
     SoftStep substep{1 / time, options.pushSpeed, softContact(frequency, options.contactDamping, time),
                      softContact(2 * frequency, options.contactDamping, time), true};
-    m_bodies.beginSubsteps();
+    m_bodies.beginSubsteps(loops);
     m_iterations = options.substeps;
     for (int i = 0; i < options.substeps; ++i)
     {
-        m_bodies.addForces(i, m_step.share);
-        m_joints.applyImpulses(m_bodies, loops);
-        m_contacts.applyImpulses(m_step, m_bodies, loops);
+        m_bodies.addForces(i, m_step.share, loops);
+        m_colours.run({m_joints.applyImpulses(m_bodies), m_contacts.applyImpulses(m_step, m_bodies)}, 0, 1,
+                      loops);
         // Joints do not know their impulses of the last step.
-        for (int sweep = 0; i == 0 && sweep < kFirstJointSweeps; ++sweep)
-            m_joints.solve(m_step, 0, false, m_bodies, loops);
+        if (i == 0)
+            m_colours.run({m_joints.solve(m_step, 0, false, m_bodies, m_residuals.data())}, 0,
+                          kFirstJointSweeps, loops);
         for (const bool pushes : {true, false})
         {
             substep.pushes = pushes;
             iterateJoints(m_joints.mostIterations(), !pushes, loops);
-            m_contacts.solveSoft(m_step, substep, m_bodies, loops);
+            m_colours.run(m_contacts.solveSoft(m_step, substep, m_bodies), loops);
             if (pushes)
-                m_bodies.move(time);
+                m_bodies.move(time, loops);
         }
         m_joints.noteSubstep();
-        m_bodies.endSubstep(i, m_step.share, time);
+        m_bodies.endSubstep(i, m_step.share, time, loops);
     }
-    m_contacts.bounce(m_bodies, loops);
+    m_contacts.bounce(m_bodies, m_colours, loops);
 }
 
 void GroupSolver::pushApart(const btContactSolverInfo& info)
@@ -161,14 +167,20 @@ void GroupSolver::pushApart(const btContactSolverInfo& info)
 void GroupSolver::iterate(const btContactSolverInfo& info, ParallelLoops& loops)
 {
     const int iterations = std::max(info.m_numIterations, m_joints.mostIterations());
-    for (m_iterations = 0; m_iterations < iterations;)
+    std::vector<ColourLoop> round = {m_joints.solve(m_step, 1, false, m_bodies, m_residuals.data())};
+    m_contacts.addLoops(m_step, info.m_numIterations, m_bodies, m_residuals.data(), round);
+    // All at once, unless the change of one iteration says whether another one follows.
+    const int rounds = m_step.notesResidual ? 1 : iterations;
+    for (m_iterations = 0; m_iterations < iterations; m_iterations += rounds)
     {
-        m_residual = m_joints.solve(m_step, m_iterations, false, m_bodies, loops);
-        if (m_iterations < info.m_numIterations)
-            m_residual = std::max(m_residual, m_contacts.solve(m_step, m_bodies, loops));
-        ++m_iterations;
+        std::fill(m_residuals.begin(), m_residuals.end(), btScalar(0));
+        m_colours.run(round, m_iterations, rounds, loops);
+        m_residual = *std::max_element(m_residuals.begin(), m_residuals.end());
         if (m_step.notesResidual && m_residual <= info.m_leastSquaresResidualThreshold)
+        {
+            ++m_iterations;
             return;
+        }
     }
 }
 }  // namespace CULLET_PRECISION

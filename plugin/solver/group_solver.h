@@ -2,12 +2,14 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include "cullet/plugin/solver/colour_loops.h"
 #include "cullet/plugin/solver/contact_set.h"
 #include "cullet/plugin/solver/joint_set.h"
 #include "cullet/plugin/solver/solver_bodies.h"
 #include "cullet/plugin/solver/solver_options.h"
 
 #include <cstdint>
+#include <vector>
 
 class btCollisionObject;
 class btPersistentManifold;
@@ -76,6 +78,8 @@ private:
     SolverBodies m_bodies;
     JointSet m_joints;
     ContactSet m_contacts;
+    ColourLoops m_colours;
+    std::vector<btScalar> m_residuals;  ///< [thread]
 };
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

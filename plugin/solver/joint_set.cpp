@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #include "cullet/plugin/solver/joint_set.h"
 
-#include "cullet/plugin/solver/colour_loops.h"
+#include "cullet/base/threads/parallel_for_each.h"
 #include "cullet/plugin/solver/lane_vectors.h"
 
 #include <BulletDynamics/ConstraintSolver/btContactSolverInfo.h>
@@ -19,6 +19,9 @@ inline namespace CULLET_PRECISION
 {
 namespace
 {
+/// Blocks and joints for which a task pays.
+constexpr std::size_t kBlockGrain = 8, kJointGrain = 64;
+
 /// No joint of Bullet has more: two limits, a motor and a spring for each of six axes.
 constexpr int kMostRows = 24;
 
@@ -38,6 +41,20 @@ void clearFeedback(btTypedConstraint& joint)
     feedback->m_appliedTorqueBodyA.setZero();
     feedback->m_appliedForceBodyB.setZero();
     feedback->m_appliedTorqueBodyB.setZero();
+}
+
+/// Prepares a joint for the step.
+///
+/// @return the number of its rows
+int countRows(btTypedConstraint& joint)
+{
+    joint.buildJacobian();
+    joint.internalSetAppliedImpulse(0);
+    btTypedConstraint::btConstraintInfo1 request;
+    request.m_numConstraintRows = 0;
+    if (joint.isEnabled())
+        joint.getInfo1(&request);
+    return request.m_numConstraintRows;
 }
 
 void askForRows(const btContactSolverInfo& info, btTypedConstraint& joint, int rows, InfoRows& to)
@@ -96,47 +113,40 @@ void clearRow(int lane, JointRowBlock& row)
 }  // namespace
 
 void JointSet::collect(const btContactSolverInfo& info, btTypedConstraint** joints, int count,
-                       SolverBodies& bodies)
+                       SolverBodies& bodies, ParallelLoops& loops)
 {
     m_joints.clear();
     m_constraints.clear();
     m_mostIterations = 0;
+    m_rowCounts.resize(static_cast<std::size_t>(count));
+    parallelForEach(loops, m_rowCounts.size(), kJointGrain,
+                    [&](std::uint32_t i) { m_rowCounts[i] = countRows(*joints[i]); });
     for (int i = 0; i < count; ++i)
     {
-        joints[i]->buildJacobian();
-        joints[i]->internalSetAppliedImpulse(0);
+        // Joints may share a feedback.
         clearFeedback(*joints[i]);
-    }
-    for (int i = 0; i < count; ++i)
-    {
-        if (joints[i]->isEnabled())
-            add(info, *joints[i], bodies);
+        if (m_rowCounts[static_cast<std::size_t>(i)] > 0)
+            add(info, *joints[i], m_rowCounts[static_cast<std::size_t>(i)], bodies);
     }
 }
 
-void JointSet::plan(const SolverBodies& bodies, const ParallelLoops& loops)
+void JointSet::plan(const SolverBodies& bodies)
 {
     m_plan.build(m_constraints, bodies.size());
     layOut(bodies);
-    m_residuals.resize(loops.threads());
 }
 
-void JointSet::add(const btContactSolverInfo& info, btTypedConstraint& joint, SolverBodies& bodies)
+void JointSet::add(const btContactSolverInfo& info, btTypedConstraint& joint, int rows, SolverBodies& bodies)
 {
-    btTypedConstraint::btConstraintInfo1 request;
-    joint.getInfo1(&request);
-    if (request.m_numConstraintRows == 0)
-        return;
     const std::uint32_t a = bodies.add(joint.getRigidBodyA()), b = bodies.add(joint.getRigidBodyB());
     bodies.bind(a);
     bodies.bind(b);
     const int wanted = joint.getOverrideNumSolverIterations();
     const int iterations = wanted > 0 ? wanted : info.m_numIterations;
     m_mostIterations = std::max(m_mostIterations, iterations);
-    m_joints.push_back({&joint, a, b, request.m_numConstraintRows, iterations});
-    m_constraints.push_back(
-        {bodies.isMoved(a) ? a : kFixedBody, bodies.isMoved(b) ? b : kFixedBody,
-         static_cast<std::uint32_t>(std::max(0, BlockPlan::kKinds - 1 - request.m_numConstraintRows))});
+    m_joints.push_back({&joint, a, b, rows, iterations});
+    m_constraints.push_back({bodies.isMoved(a) ? a : kFixedBody, bodies.isMoved(b) ? b : kFixedBody,
+                             static_cast<std::uint32_t>(std::max(0, BlockPlan::kKinds - 1 - rows))});
 }
 
 void JointSet::layOut(const SolverBodies& bodies)
@@ -173,7 +183,8 @@ void JointSet::layOut(const SolverBodies& bodies)
 void JointSet::setUp(const SolverStep& step, const btContactSolverInfo& info, SolverBodies& bodies,
                      ParallelLoops& loops)
 {
-    forEachBlock(m_plan, loops, [&](std::uint32_t i, unsigned) { setUpBlock(step, info, bodies, i); });
+    parallelForEach(loops, m_blocks.size(), kBlockGrain,
+                    [&](std::uint32_t i) { setUpBlock(step, info, bodies, i); });
 }
 
 void JointSet::setUpBlock(const SolverStep& step, const btContactSolverInfo& info, SolverBodies& bodies,
@@ -203,33 +214,36 @@ void JointSet::readJoint(const btContactSolverInfo& info, const Joint& joint, in
         setRow(rows.rows[i], mostImpulse, lane, m_rows.data()[block.first + static_cast<unsigned>(i)]);
 }
 
-btScalar JointSet::solve(const SolverStep& step, int iteration, bool relaxes, SolverBodies& bodies,
-                         ParallelLoops& loops)
+ColourLoop JointSet::solve(const SolverStep& step, int stride, bool relaxes, SolverBodies& bodies,
+                           btScalar* residuals)
 {
-    const RowKernels& kernels = rowKernels();
-    std::fill(m_residuals.begin(), m_residuals.end(), btScalar(0));
-    forEachBlock(m_plan, loops,
-                 [&](std::uint32_t i, unsigned thread)
-                 {
-                     const JointBlock& block = m_blocks[i];
-                     BlockOf active{};
-                     const bool areAllActive = static_cast<std::uint32_t>(iteration) < block.iterations;
-                     for (int lane = 0; lane < block.lanes && !areAllActive; ++lane)
-                         active.lane[lane] = iteration < m_joints[block.joints[lane]].iterations ? 1 : 0;
-                     const btScalar residual =
-                         kernels.solveJoints(step, block, areAllActive ? nullptr : &active, relaxes,
-                                             m_rows.data(), bodies.motions());
-                     m_residuals[thread] = std::max(m_residuals[thread], residual);
-                 });
-    return *std::max_element(m_residuals.begin(), m_residuals.end());
+    return {&m_plan, [=, &step, &bodies](const BlockRange& range)
+            {
+                btScalar& residual = residuals[range.thread];
+                for (std::uint32_t i = range.begin; i < range.end; ++i)
+                    residual = std::max(residual,
+                                        solveBlock(step, m_blocks[i], range.round * stride, relaxes, bodies));
+            }};
 }
 
-void JointSet::applyImpulses(SolverBodies& bodies, ParallelLoops& loops) const
+btScalar JointSet::solveBlock(const SolverStep& step, const JointBlock& block, int iteration, bool relaxes,
+                              SolverBodies& bodies)
 {
-    const RowKernels& kernels = rowKernels();
-    forEachBlock(m_plan, loops,
-                 [&](std::uint32_t i, unsigned)
-                 { kernels.applyJoints(m_blocks[i], m_rows.data(), bodies.motions()); });
+    BlockOf active{};
+    const bool areAllActive = static_cast<std::uint32_t>(iteration) < block.iterations;
+    for (int lane = 0; lane < block.lanes && !areAllActive; ++lane)
+        active.lane[lane] = iteration < m_joints[block.joints[lane]].iterations ? 1 : 0;
+    return rowKernels().solveJoints(step, block, areAllActive ? nullptr : &active, relaxes, m_rows.data(),
+                                    bodies.motions());
+}
+
+ColourLoop JointSet::applyImpulses(SolverBodies& bodies) const
+{
+    return {&m_plan, [this, &bodies](const BlockRange& range)
+            {
+                for (std::uint32_t i = range.begin; i < range.end; ++i)
+                    rowKernels().applyJoints(m_blocks[i], m_rows.data(), bodies.motions());
+            }};
 }
 
 void JointSet::noteSubstep()

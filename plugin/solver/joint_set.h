@@ -3,6 +3,7 @@
 #pragma once
 
 #include "cullet/plugin/solver/block_plan.h"
+#include "cullet/plugin/solver/colour_loops.h"
 #include "cullet/plugin/solver/row_kernels.h"
 #include "cullet/plugin/solver/row_storage.h"
 #include "cullet/plugin/solver/solver_bodies.h"
@@ -25,11 +26,11 @@ class JointSet
 {
 public:
     /// Asks the joints for their rows, and adds their bodies.
-    void collect(const btContactSolverInfo& info, btTypedConstraint** joints, int count,
-                 SolverBodies& bodies);
+    void collect(const btContactSolverInfo& info, btTypedConstraint** joints, int count, SolverBodies& bodies,
+                 ParallelLoops& loops);
 
     /// Plans the blocks, when all bodies are known, and reserves memory.
-    void plan(const SolverBodies& bodies, const ParallelLoops& loops);
+    void plan(const SolverBodies& bodies);
 
     std::uint32_t size() const { return static_cast<std::uint32_t>(m_joints.size()); }
     const BlockPlan& plan() const { return m_plan; }
@@ -38,14 +39,16 @@ public:
     void setUp(const SolverStep& step, const btContactSolverInfo& info, SolverBodies& bodies,
                ParallelLoops& loops);
 
-    /// One iteration.
+    /// The loop of one iteration.
     ///
-    /// @return the largest change of a velocity, squared; 0 unless the step notes it
-    btScalar solve(const SolverStep& step, int iteration, bool relaxes, SolverBodies& bodies,
-                   ParallelLoops& loops);
+    /// @param stride    iterations of the joints from one round to the next
+    /// @param relaxes   whether errors cause no velocity, in a soft step
+    /// @param residuals [thread] gets the largest change of a velocity, squared; 0 unless the step notes it
+    ColourLoop solve(const SolverStep& step, int stride, bool relaxes, SolverBodies& bodies,
+                     btScalar* residuals);
 
-    /// Applies the impulses of the last substep.
-    void applyImpulses(SolverBodies& bodies, ParallelLoops& loops) const;
+    /// The loop that applies the impulses of the last substep.
+    ColourLoop applyImpulses(SolverBodies& bodies) const;
 
     /// Adds the impulses of a substep to their sums.
     void noteSubstep();
@@ -65,21 +68,23 @@ private:
         int iterations;
     };
 
-    void add(const btContactSolverInfo& info, btTypedConstraint& joint, SolverBodies& bodies);
+    void add(const btContactSolverInfo& info, btTypedConstraint& joint, int rows, SolverBodies& bodies);
     void layOut(const SolverBodies& bodies);
+    btScalar solveBlock(const SolverStep& step, const JointBlock& block, int iteration, bool relaxes,
+                        SolverBodies& bodies);
     void setUpBlock(const SolverStep& step, const btContactSolverInfo& info, SolverBodies& bodies,
                     std::uint32_t index);
     void readJoint(const btContactSolverInfo& info, const Joint& joint, int lane, JointBlock& block);
     void writeBack(const SolverStep& step, const btContactSolverInfo& info, const JointBlock& block,
                    int lane) const;
 
+    std::vector<int> m_rowCounts;  ///< [joint of the group]
     std::vector<Joint> m_joints;
     std::vector<BlockPlan::Constraint> m_constraints;
     BlockPlan m_plan;
     std::vector<JointBlock> m_blocks;
     std::vector<std::uint32_t> m_places;  ///< [joint] kBlock * block + lane
     RowStorage<JointRowBlock> m_rows;
-    std::vector<btScalar> m_residuals;  ///< [thread]
     int m_mostIterations = 0;
 };
 }  // namespace CULLET_PRECISION

@@ -106,75 +106,54 @@ void readTurns(const btManifoldPoint& point, int lane, PointSource& source)
     }
 }
 
-/// The friction of the last step; its directions are not set before the first one.
-btVector3 slideImpulseOf(const btManifoldPoint& point)
-{
-    btVector3 impulse(0, 0, 0);
-    if (point.m_appliedImpulseLateral1 != 0)
-        impulse += point.m_lateralFrictionDir1 * point.m_appliedImpulseLateral1;
-    if (point.m_appliedImpulseLateral2 != 0)
-        impulse += point.m_lateralFrictionDir2 * point.m_appliedImpulseLateral2;
-    return impulse;
-}
-
-void readPoint(const btContactSolverInfo& info, btManifoldPoint& point, int lane, PointSource& source)
-{
-    setLane(source.positionA, lane, point.getPositionWorldOnA());
-    setLane(source.positionB, lane, point.getPositionWorldOnB());
-    setLane(source.normal, lane, point.m_normalWorldOnB);
-    source.isLive.lane[lane] = 1;
-    source.gap.lane[lane] = point.getDistance() + info.m_linearSlop;
-    source.friction.lane[lane] = point.m_combinedFriction;
-    source.restitution.lane[lane] = point.m_combinedRestitution;
-    source.impulse.lane[lane] = point.m_appliedImpulse;
-    setLane(source.slideImpulse, lane, slideImpulseOf(point));
-    readSoftness(info, point, lane, source);
-    readDirections(info, point, lane, source);
-    readTurns(point, lane, source);
-}
-
-void clearLane(int lane, PointSource& source)
-{
-    const btVector3 zero(0, 0, 0);
-    setLane(source.positionA, lane, zero);
-    setLane(source.positionB, lane, zero);
-    setLane(source.normal, lane, zero);
-    setLane(source.slideImpulse, lane, zero);
-    for (BlockOf* block : {&source.isLive, &source.gap, &source.friction, &source.restitution,
-                           &source.impulse, &source.errorReduction, &source.softness})
-        block->lane[lane] = 0;
-    source.keeps[lane] = false;
-}
 }  // namespace
 
-LivePoints::LivePoints(btPersistentManifold& manifold)
+LivePoints::LivePoints(btPersistentManifold& manifold, unsigned mask)
 {
-    const btScalar threshold = manifold.getContactProcessingThreshold();
-    for (int i = 0; i < manifold.getNumContacts(); ++i)
+    for (int i = 0; mask != 0; ++i, mask >>= 1)
     {
-        btManifoldPoint& point = manifold.getContactPoint(i);
-        if (point.getDistance() <= threshold)
-            points[count++] = &point;
+        if ((mask & 1) != 0)
+            points[count++] = &manifold.getContactPoint(i);
     }
 }
 
-void readPoints(const btContactSolverInfo& info, const LivePoints* points,
-                btPersistentManifold* const* manifolds, int lanes, int k, PointSource& source)
+unsigned livePointsOf(const btPersistentManifold& manifold)
+{
+    const btScalar threshold = manifold.getContactProcessingThreshold();
+    unsigned mask = 0;
+    for (int i = 0; i < manifold.getNumContacts(); ++i)
+        mask |= unsigned(manifold.getContactPoint(i).getDistance() <= threshold) << i;
+    return mask;
+}
+
+bool isAnisotropic(const btCollisionObject& object)
+{
+    return object.hasAnisotropicFriction(btCollisionObject::CF_ANISOTROPIC_FRICTION);
+}
+
+void BlockPoints::choose(int k, PointSource& source) const
+{
+    for (int lane = 0; lane < kBlock; ++lane)
+        source.points[lane] = lane < lanes && k < live[lane].count ? live[lane].points[k] : nullptr;
+}
+
+void readRarities(const btContactSolverInfo& info, const BlockPoints& points, bool turns, PointSource& source)
 {
     source.hasDirections = source.turns = false;
+    source.isPlain = points.isPlain;
+    if (points.isPlain && !turns)
+        return;
     for (int lane = 0; lane < kBlock; ++lane)
     {
-        btManifoldPoint* const point =
-            lane < lanes && k < points[lane].count ? points[lane].points[k] : nullptr;
-        source.points[lane] = point;
-        if (point == nullptr)
-        {
-            clearLane(lane, source);
+        source.keeps[lane] = false;
+        if (source.points[lane] == nullptr)
             continue;
-        }
-        source.objects[0][lane] = manifolds[lane]->getBody0();
-        source.objects[1][lane] = manifolds[lane]->getBody1();
-        readPoint(info, *point, lane, source);
+        const btManifoldPoint& point = *source.points[lane];
+        source.objects[0][lane] = points.manifolds[lane]->getBody0();
+        source.objects[1][lane] = points.manifolds[lane]->getBody1();
+        readSoftness(info, point, lane, source);
+        readDirections(info, point, lane, source);
+        readTurns(point, lane, source);
     }
 }
 

@@ -17,16 +17,25 @@ inline namespace CULLET_PRECISION
 struct LivePoints
 {
     LivePoints() = default;
-    explicit LivePoints(btPersistentManifold& manifold);
+    /// @param mask a bit for each point that counts
+    LivePoints(btPersistentManifold& manifold, unsigned mask);
 
     btManifoldPoint* points[4];
     int count = 0;
 };
 
+/// The bits of a manifold's points that count.
+unsigned livePointsOf(const btPersistentManifold& manifold);
+
+/// Whether sliding friction of an object depends on its direction.
+bool isAnisotropic(const btCollisionObject& object);
+
 /// The k-th points of a block's manifolds, as the narrow phase and the application left them.
 struct PointSource
 {
     btManifoldPoint* points[kBlock];  ///< null where the lane has no such point
+    /// Whether the directions of sliding friction are those that the kernel finds, which it stores in the points then.
+    bool isPlain;
     BlockOfVectors positionA, positionB, normal;
     BlockOf isLive;  ///< 1, or 0 where the lane has no such point
     BlockOf gap;     ///< with the slop
@@ -54,11 +63,23 @@ struct PointSource
     ///@}
 };
 
-/// Reads the k-th points of a block's manifolds.
+/// The manifolds of a block, for the functions below.
+struct BlockPoints
+{
+    btPersistentManifold* manifolds[kBlock];
+    LivePoints live[kBlock];
+    int lanes;
+    bool isPlain;  ///< no point has flags that count, and no object anisotropic friction
+
+    /// The k-th points of all lanes; null where there is none.
+    void choose(int k, PointSource& source) const;
+};
+
+/// Reads what RowKernels::readPoints() leaves out, since few points have it.
 ///
-/// @param points [lane] of the first `lanes` manifolds
-void readPoints(const btContactSolverInfo& info, const LivePoints* points,
-                btPersistentManifold* const* manifolds, int lanes, int k, PointSource& source);
+/// @param turns whether some point of the block has turning friction
+void readRarities(const btContactSolverInfo& info, const BlockPoints& points, bool turns,
+                  PointSource& source);
 
 /// Lets the application's directions and anisotropy change those of sliding friction, and stores them in the points.
 void finishSlides(const SolverStep& step, PointSource& source);

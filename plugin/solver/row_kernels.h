@@ -4,6 +4,8 @@
 
 #include "cullet/plugin/solver/point_source.h"
 
+#include <cstddef>
+
 namespace cullet
 {
 inline namespace CULLET_PRECISION
@@ -12,6 +14,9 @@ inline namespace CULLET_PRECISION
 /// lane reads another one, so that all sets give the same bits.
 struct RowKernels
 {
+    /// Reads the points of `source`, apart from what few points have (readRarities()).
+    void (*readPoints)(const SolverStep& step, PointSource& source);
+
     /// Computes the rows of a block from its points, which may get directions of friction, and applies the impulses of
     /// the warm start.
     ///
@@ -20,14 +25,15 @@ struct RowKernels
     void (*setUp)(const SolverStep& step, const SolverBodyState* states, ContactBlock& block,
                   PointSource* sources, RowBlock* rows, PushBlock* pushes, SolverMotion* motions);
 
-    /// One iteration over the normals' rows of a block.
+    /// One iteration over the normals' rows of blocks, none of which depends on the others unless they have one lane.
     ///
-    /// @return the largest change of a velocity, squared
-    btScalar (*press)(const SolverStep& step, const ContactBlock& block, RowBlock* rows,
+    /// @return the largest change of a velocity, squared; 0 unless the step notes it
+    btScalar (*press)(const SolverStep& step, const ContactBlock* blocks, std::size_t count, RowBlock* rows,
                       SolverMotion* motions);
 
-    /// One iteration over its rows of friction.
-    btScalar (*rub)(const SolverStep& step, const ContactBlock& block, RowBlock* rows, SolverMotion* motions);
+    /// One iteration over their rows of friction.
+    btScalar (*rub)(const SolverStep& step, const ContactBlock* blocks, std::size_t count, RowBlock* rows,
+                    SolverMotion* motions);
 
     /// Computes what is left of the rows of a block of joints.
     void (*setUpJoints)(const SolverStep& step, const SolverBodyState* states, JointBlock& block,
@@ -51,11 +57,12 @@ struct RowKernels
     void (*applyContacts)(const SolverStep& step, const ContactBlock& block, const RowBlock* rows,
                           SolverMotion* motions);
     void (*applyJoints)(const JointBlock& block, const JointRowBlock* rows, SolverMotion* motions);
-    /// One iteration over the rows of a block.
+    /// One iteration over the rows of blocks, as press().
     ///
     /// @param moved [body] how far bodies have moved in the step
-    void (*solveSoft)(const SolverStep& step, const SoftStep& substep, const ContactBlock& block,
-                      RowBlock* rows, PushBlock* pushes, const SolverMotion* moved, SolverMotion* motions);
+    void (*solveSoft)(const SolverStep& step, const SoftStep& substep, const ContactBlock* blocks,
+                      std::size_t count, RowBlock* rows, PushBlock* pushes, const SolverMotion* moved,
+                      SolverMotion* motions);
     /// Makes points bounce that were pressed, after the last substep.
     void (*bounce)(const ContactBlock& block, RowBlock* rows, PushBlock* pushes, SolverMotion* motions);
     ///@}

@@ -77,33 +77,52 @@ template <class Note>
         solveTurning(row, part, lesser(pressed, fill(1)), mass, pair, note);
 }
 
-/// Calls solvePoint(point, part, mass, pair, note) for the points of a block, in sweeps.
+template <class Second>
+[[gnu::always_inline]] inline int mostPoints(const BlockPart& first, Second second)
+{
+    if constexpr (kIsPart<Second>)
+        return second->block.points > first.block.points ? second->block.points : first.block.points;
+    return first.block.points;
+}
+
+/// Calls solvePoint(point, part, mass, pair, note) for the points of blocks, in sweeps.
 ///
 /// @param note  to be called with the change of each row and the row
 template <bool kNotesResidual, class SolvePoint>
-[[gnu::always_inline]] inline btScalar sweepPoints(const ContactBlock& block, SolverMotion* motions,
-                                                   const SolvePoint& solvePoint)
+[[gnu::always_inline]] inline btScalar sweepBlocks(const ContactBlock* blocks, std::size_t count,
+                                                   SolverMotion* motions, const SolvePoint& solvePoint)
 {
     Wide residual{};
-    const auto solvePart = [&](int part, const PairMass& mass, PairMotion& pair)
+    const auto solve = [&](BlockPart& of, int k)
     {
+        if (k >= of.block.points)
+            return;
         const auto note = [&](Wide change, const RowBlock& row)
         {
             if constexpr (kNotesResidual)
-                noteResidual(change, load(row.inverse, part), residual);
+                noteResidual(change, load(row.inverse, of.part), residual);
         };
-        for (int sweep = 0; sweep < kSweeps; ++sweep)
+        solvePoint(of.block.rows[k], of.part, of.mass, of.pair, note);
+    };
+    const auto sweep = [&](BlockPart& first, auto second)
+    {
+        const int points = mostPoints(first, second);
+        for (int i = 0; i < kSweeps; ++i)
         {
-            for (int k = 0; k < block.points; ++k)
-                solvePoint(block.rows[k], part, mass, pair, note);
+            for (int k = 0; k < points; ++k)
+            {
+                solve(first, k);
+                if constexpr (kIsPart<decltype(second)>)
+                    solve(*second, k);
+            }
         }
     };
-    forEachPart(block.bodies, motions, solvePart);
+    forEachTwo(blocks, count, motions, sweep);
     return kNotesResidual ? largestLane(residual) : 0;
 }
 
 template <bool kNotesResidual>
-btScalar pressBlock(const ContactBlock& block, RowBlock* rows, SolverMotion* motions)
+btScalar pressBlocks(const ContactBlock* blocks, std::size_t count, RowBlock* rows, SolverMotion* motions)
 {
     const auto press =
         [rows](const PointRows& point, int part, const PairMass& mass, PairMotion& pair, const auto& note)
@@ -111,28 +130,31 @@ btScalar pressBlock(const ContactBlock& block, RowBlock* rows, SolverMotion* mot
         RowBlock& normal = rows[point.first];
         note(solveRow(normal, part, Wide{}, fill(btScalar(BT_LARGE_FLOAT)), mass, pair), normal);
     };
-    return sweepPoints<kNotesResidual>(block, motions, press);
+    return sweepBlocks<kNotesResidual>(blocks, count, motions, press);
 }
 
 template <bool kNotesResidual>
-btScalar rubBlock(const SolverStep& step, const ContactBlock& block, RowBlock* rows, SolverMotion* motions)
+btScalar rubBlocks(const SolverStep& step, const ContactBlock* blocks, std::size_t count, RowBlock* rows,
+                   SolverMotion* motions)
 {
     const auto rub = [&step, rows](const PointRows& point, int part, const PairMass& mass, PairMotion& pair,
                                    const auto& note)
     { solveFriction(step, point, rows, part, mass, pair, note); };
-    return sweepPoints<kNotesResidual>(block, motions, rub);
+    return sweepBlocks<kNotesResidual>(blocks, count, motions, rub);
 }
 
-btScalar press(const SolverStep& step, const ContactBlock& block, RowBlock* rows, SolverMotion* motions)
+btScalar press(const SolverStep& step, const ContactBlock* blocks, std::size_t count, RowBlock* rows,
+               SolverMotion* motions)
 {
-    return step.notesResidual ? pressBlock<true>(block, rows, motions)
-                              : pressBlock<false>(block, rows, motions);
+    return step.notesResidual ? pressBlocks<true>(blocks, count, rows, motions)
+                              : pressBlocks<false>(blocks, count, rows, motions);
 }
 
-btScalar rub(const SolverStep& step, const ContactBlock& block, RowBlock* rows, SolverMotion* motions)
+btScalar rub(const SolverStep& step, const ContactBlock* blocks, std::size_t count, RowBlock* rows,
+             SolverMotion* motions)
 {
-    return step.notesResidual ? rubBlock<true>(step, block, rows, motions)
-                              : rubBlock<false>(step, block, rows, motions);
+    return step.notesResidual ? rubBlocks<true>(step, blocks, count, rows, motions)
+                              : rubBlocks<false>(step, blocks, count, rows, motions);
 }
 
 /// As solveRow() for the velocity that only moves bodies apart.
@@ -309,8 +331,8 @@ struct WideSoftness
                      [](Wide, const RowBlock&) {});
 }
 
-void solveSoft(const SolverStep& step, const SoftStep& substep, const ContactBlock& block, RowBlock* rows,
-               PushBlock* pushes, const SolverMotion* moved, SolverMotion* motions)
+void solveSoftBlock(const SolverStep& step, const SoftStep& substep, const ContactBlock& block,
+                    RowBlock* rows, PushBlock* pushes, const SolverMotion* moved, SolverMotion* motions)
 {
     const auto solvePart = [&](int part, const PairMass& mass, PairMotion& pair)
     {
@@ -331,6 +353,14 @@ void solveSoft(const SolverStep& step, const SoftStep& substep, const ContactBlo
         }
     };
     forEachPart(block.bodies, motions, solvePart);
+}
+
+void solveSoft(const SolverStep& step, const SoftStep& substep, const ContactBlock* blocks, std::size_t count,
+               RowBlock* rows, PushBlock* pushes, const SolverMotion* moved, SolverMotion* motions)
+{
+    // One after the other: two side by side need more registers than there are.
+    for (std::size_t i = 0; i < count; ++i)
+        solveSoftBlock(step, substep, blocks[i], rows, pushes, moved, motions);
 }
 
 void bounce(const ContactBlock& block, RowBlock* rows, PushBlock* pushes, SolverMotion* motions)
@@ -354,8 +384,8 @@ void bounce(const ContactBlock& block, RowBlock* rows, PushBlock* pushes, Solver
     forEachPart(block.bodies, motions, bouncePart);
 }
 
-constexpr RowKernels kKernels = {setUp, press,         rub,         setUpJoints, solveJoints,
-                                 push,  applyContacts, applyJoints, solveSoft,   bounce};
+constexpr RowKernels kKernels = {readPoints, setUp,         press,       rub,       setUpJoints, solveJoints,
+                                 push,       applyContacts, applyJoints, solveSoft, bounce};
 }  // namespace
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

@@ -5,6 +5,8 @@
 #include "cullet/plugin/solver/row_kernels.h"
 #include "cullet/plugin/solver/wide.inl"
 
+#include <type_traits>
+
 namespace cullet
 {
 inline namespace CULLET_PRECISION
@@ -82,6 +84,69 @@ template <class Body>
         PairMotion pair = readPair(motions, bodies, part);
         body(part, massesOf(bodies, part), pair);
         writePair(pair, bodies, part, motions);
+    }
+}
+
+/// A part of a block, with the motions of its bodies.
+struct BlockPart
+{
+    const ContactBlock& block;
+    int part;
+    PairMass mass;
+    PairMotion pair;
+
+    BlockPart(const ContactBlock& of, int number, const SolverMotion* motions)
+        : block(of),
+          part(number),
+          mass(massesOf(of.bodies, number)),
+          pair(readPair(motions, of.bodies, number))
+    {
+    }
+    [[gnu::always_inline]] void write(SolverMotion* motions) const
+    {
+        writePair(pair, block.bodies, part, motions);
+    }
+};
+
+/// Whether a part has another one beside it.
+template <class Second>
+constexpr bool kIsPart = !std::is_null_pointer_v<Second>;
+
+/// Solves two parts, which do not depend on each other, side by side.
+template <class Body>
+[[gnu::always_inline]] inline void solveTwo(BlockPart first, BlockPart second, SolverMotion* motions,
+                                            const Body& body)
+{
+    body(first, &second);
+    first.write(motions);
+    second.write(motions);
+}
+
+/// Calls body(first, second), which changes the motions of both, for all parts of blocks, none of which depends on the
+/// others unless they have one lane; `second` is a pointer, or nullptr. Each row of a part waits for the one before, so that
+/// two parts side by side take little longer than one.
+template <class Body>
+[[gnu::always_inline]] inline void forEachTwo(const ContactBlock* blocks, std::size_t count,
+                                              SolverMotion* motions, const Body& body)
+{
+    for (std::size_t i = 0; i < count; ++i)
+    {
+        if constexpr (kParts > 1)
+        {
+            for (int part = 0; part < kParts; part += 2)
+                solveTwo({blocks[i], part, motions}, {blocks[i], part + 1, motions}, motions, body);
+        }
+        else if (i + 1 < count && blocks[i].lanes > 1)
+        {
+            solveTwo({blocks[i], 0, motions}, {blocks[i + 1], 0, motions}, motions, body);
+            ++i;
+        }
+        else
+        {
+            BlockPart alone(blocks[i], 0, motions);
+            body(alone, nullptr);
+            alone.write(motions);
+        }
     }
 }
 

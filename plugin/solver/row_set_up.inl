@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Zlib
 //
 // Setting up the rows of blocks. Internal linkage.
-#include "cullet/plugin/solver/row_parts.inl"
+#include "cullet/plugin/solver/row_points.inl"
 
 namespace cullet
 {
@@ -285,7 +285,10 @@ void setUp(const SolverStep& step, const SolverBodyState* states, ContactBlock& 
         PointSource& source = sources[k];
         for (int part = 0; part < kParts; ++part)
             chooseSlides(step, source, part, a[part], b[part]);
-        finishSlides(step, source);
+        if (source.isPlain)
+            writeSlides(source);
+        else
+            finishSlides(step, source);
         for (int part = 0; part < kParts; ++part)
         {
             const RowPlace at{part, a[part], b[part], armsOf(source, part, a[part], b[part]),

@@ -2,7 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #include "cullet/plugin/solver/solver_bodies.h"
 
-#include "cullet/base/threads/parallel_loops.h"
+#include "cullet/base/threads/parallel_for_each.h"
+#include "cullet/plugin/core/prefetch.h"
 
 #include <BulletCollision/BroadphaseCollision/btBroadphaseProxy.h>
 #include <BulletDynamics/ConstraintSolver/btContactSolverInfo.h>
@@ -20,6 +21,14 @@ namespace
 /// Bodies for which a task pays.
 constexpr std::size_t kGrain = 512;
 
+/// Bodies between a prefetch and its use.
+constexpr std::size_t kReadAhead = 4;
+
+/// Groups of fewer bodies lie in the nearest cache in any order.
+constexpr std::size_t kFewBodies = 256;
+constexpr int kCellsOfAxis = 8;
+constexpr std::size_t kCells = kCellsOfAxis * kCellsOfAxis * kCellsOfAxis;
+
 constexpr std::uint32_t kNoLocalId = ~std::uint32_t{0};
 
 std::uint32_t idOf(const btRigidBody& body)
@@ -28,7 +37,7 @@ std::uint32_t idOf(const btRigidBody& body)
     return proxy != nullptr ? static_cast<std::uint32_t>(proxy->m_uniqueId) : 0;
 }
 
-void set(btScalar (&to)[3], const btVector3& from)
+void copy(const btVector3& from, btScalar (&to)[3])
 {
     for (int i = 0; i < 3; ++i)
         to[i] = from[i];
@@ -38,81 +47,161 @@ btVector3 vectorOf(const btScalar* from)
 {
     return {from[0], from[1], from[2]};
 }
-
-template <class Body>
-void forEach(std::size_t count, ParallelLoops& loops, const Body& body)
-{
-    const unsigned tasks = loops.tasksFor(count, kGrain);
-    loops.run(tasks,
-              [&](unsigned task)
-              {
-                  const TaskRange range(count, task, tasks);
-                  for (std::uint32_t i = range.begin; i < range.end; ++i)
-                      body(i);
-              });
-}
 }  // namespace
 
-void SolverBodies::clear(btCollisionObject** bodies, int count)
+void SolverBodies::number(btCollisionObject** bodies, int count, ParallelLoops& loops)
 {
-    m_bodies.assign(1, nullptr);
-    m_isMoved.assign(1, 0);
-    m_isBound.assign(1, 0);
-    m_kinematic.clear();
-    for (int i = 0; i < count; ++i)
-        bodies[i]->setCompanionId(-1);
-    for (int i = 0; i < count; ++i)
-        add(*bodies[i]);
+    const auto size = static_cast<std::size_t>(count);
+    m_places.resize(size);
+    parallelForEach(loops, size, kGrain, [&](std::uint32_t i) { m_places[i] = placeOf(*bodies[i]); });
     findLocalIds();
+    findCells();
+    numberByCells();
+    m_kinematic.clear();
+    for (std::size_t i = 0; i < size; ++i)
+    {
+        const Place& place = m_places[i];
+        if (place.body == nullptr)
+            continue;
+        set(m_numbers[i], *place.body, place.localId);
+        if (place.body->isKinematicObject())
+            m_kinematic.push_back(m_numbers[i]);
+    }
+}
+
+SolverBodies::Place SolverBodies::placeOf(btCollisionObject& object)
+{
+    Place place{};
+    place.island = object.getIslandTag();
+    btRigidBody* const body = btRigidBody::upcast(&object);
+    if (body == nullptr || (body->getInvMass() == btScalar(0) && !body->isKinematicObject()))
+        return place;
+    place.body = body;
+    place.id = idOf(*body);
+    copy(body->getWorldTransform().getOrigin(), place.centre);
+    return place;
 }
 
 /// Bodies of an island follow each other.
 void SolverBodies::findLocalIds()
 {
-    m_localIds.assign(1, kNoLocalId);
-    for (std::uint32_t begin = 1, end = 1; begin < size(); begin = end)
+    const std::size_t count = m_places.size();
+    for (std::size_t begin = 0, end = 0; begin < count; begin = std::max(end, begin + 1))
     {
-        const int island = m_bodies[begin]->getIslandTag();
+        const int island = m_places[begin].island;
         std::uint32_t least = kNoLocalId;
-        for (end = begin; end < size() && m_bodies[end]->getIslandTag() == island; ++end)
-            least = std::min(least, idOf(*m_bodies[end]));
-        for (std::uint32_t i = begin; i < end; ++i)
-            m_localIds.push_back(isMoved(i) ? idOf(*m_bodies[i]) - least : kNoLocalId);
+        const auto isOfIsland = [&](const Place& place)
+        { return place.body == nullptr || place.island == island; };
+        for (end = begin; end < count && isOfIsland(m_places[end]); ++end)
+            least = m_places[end].body != nullptr ? std::min(least, m_places[end].id) : least;
+        for (std::size_t i = begin; i < end; ++i)
+            m_places[i].localId = m_places[i].id - least;
     }
+}
+
+/// Cells of a grid over all bodies, in Morton's order.
+void SolverBodies::findCells()
+{
+    m_cells = m_places.size() < kFewBodies ? 1 : kCells;
+    if (m_cells == 1)
+        return;
+    for (int axis = 0; axis < 3; ++axis)
+    {
+        btScalar low = BT_LARGE_FLOAT, high = -BT_LARGE_FLOAT;
+        for (const Place& place : m_places)
+        {
+            low = std::min(low, place.body != nullptr ? place.centre[axis] : low);
+            high = std::max(high, place.body != nullptr ? place.centre[axis] : high);
+        }
+        const btScalar scale = high > low ? kCellsOfAxis / (high - low) : btScalar(0);
+        for (Place& place : m_places)
+        {
+            const btScalar cell = (place.centre[axis] - low) * scale;
+            // NaN counts as 0.
+            const unsigned bits = cell >= kCellsOfAxis ? kCellsOfAxis - 1
+                                  : cell > 0           ? static_cast<unsigned>(cell)
+                                                       : 0;
+            place.cell |= ((bits & 1) | (bits & 2) << 2 | (bits & 4) << 4) << axis;
+        }
+    }
+}
+
+/// Gives numbers in the order of cells.
+void SolverBodies::numberByCells()
+{
+    m_firsts.assign(m_cells + 1, 0);
+    m_firsts[0] = kFixedBody + 1;
+    for (const Place& place : m_places)
+        m_firsts[place.cell + 1] += place.body != nullptr ? 1 : 0;
+    for (std::size_t cell = 0; cell < m_cells; ++cell)
+        m_firsts[cell + 1] += m_firsts[cell];
+    resize(m_firsts[m_cells]);
+    m_numbers.resize(m_places.size());
+    for (std::size_t i = 0; i < m_places.size(); ++i)
+        m_numbers[i] = m_places[i].body != nullptr ? m_firsts[m_places[i].cell]++ : kFixedBody;
+}
+
+/// Keeps nothing but the fixed body.
+void SolverBodies::resize(std::size_t size)
+{
+    m_bodies.resize(size);
+    m_isMoved.resize(size);
+    m_isAnisotropic.assign(size, 0);
+    m_isBound.assign(size, 0);
+    m_localIds.resize(size);
+    m_bodies[kFixedBody] = nullptr;
+    m_isMoved[kFixedBody] = 0;
+    m_localIds[kFixedBody] = kNoLocalId;
+}
+
+std::uint32_t SolverBodies::find(const btCollisionObject& object) const
+{
+    const auto number = static_cast<std::uint32_t>(object.getCompanionId());
+    if (number < size() && m_bodies[number] == &object)
+        return number;
+    const btRigidBody* const body = btRigidBody::upcast(&object);
+    if (body == nullptr)
+        return kFixedBody;
+    if (body->isKinematicObject())
+        return findKinematic(*body);
+    return body->getInvMass() == btScalar(0) ? kFixedBody : kUnknown;
+}
+
+std::uint32_t SolverBodies::findKinematic(const btRigidBody& body) const
+{
+    const auto known = std::find_if(m_kinematic.begin(), m_kinematic.end(),
+                                    [&](std::uint32_t number) { return m_bodies[number] == &body; });
+    return known != m_kinematic.end() ? *known : kUnknown;
 }
 
 std::uint32_t SolverBodies::add(btCollisionObject& object)
 {
-    btRigidBody* const body = btRigidBody::upcast(&object);
-    if (body == nullptr)
-        return kFixedBody;
-    if (body->isKinematicObject())
-    {
-        // Other groups may contain the same body, so that nothing is written to it.
-        const auto known = std::find_if(m_kinematic.begin(), m_kinematic.end(),
-                                        [&](std::uint32_t number) { return m_bodies[number] == body; });
-        if (known != m_kinematic.end())
-            return *known;
-        m_kinematic.push_back(size());
-        append(body);
-        return m_kinematic.back();
-    }
-    if (body->getInvMass() == btScalar(0))
-        return kFixedBody;
-    const auto number = static_cast<std::uint32_t>(body->getCompanionId());
-    if (number < size() && m_bodies[number] == body)
-        return number;
-    body->setCompanionId(static_cast<int>(size()));
-    append(body);
-    return size() - 1;
+    const std::uint32_t known = find(object);
+    if (known != kUnknown)
+        return known;
+    const std::uint32_t number = size();
+    auto& body = static_cast<btRigidBody&>(object);
+    m_bodies.push_back(nullptr);
+    m_isMoved.push_back(0);
+    m_isAnisotropic.push_back(0);
+    m_isBound.push_back(0);
+    m_localIds.push_back(kNoLocalId);
+    if (body.isKinematicObject())
+        m_kinematic.push_back(number);
+    set(number, body, kNoLocalId);
+    return number;
 }
 
-void SolverBodies::append(btRigidBody* body)
+void SolverBodies::set(std::uint32_t number, btRigidBody& body, std::uint32_t localId)
 {
-    m_localIds.push_back(kNoLocalId);
-    m_bodies.push_back(body);
-    m_isMoved.push_back(body->getInvMass() != btScalar(0) ? 1 : 0);
-    m_isBound.push_back(0);
+    const bool isMoved = body.getInvMass() != btScalar(0);
+    m_bodies[number] = &body;
+    m_isMoved[number] = isMoved ? 1 : 0;
+    m_isAnisotropic[number] = body.hasAnisotropicFriction(btCollisionObject::CF_ANISOTROPIC_FRICTION) ? 1 : 0;
+    m_localIds[number] = isMoved ? localId : kNoLocalId;
+    // Other groups may contain the same kinematic body, so that nothing is written to it.
+    if (!body.isKinematicObject())
+        body.setCompanionId(static_cast<int>(number));
 }
 
 void SolverBodies::readStates(const btContactSolverInfo& info, ParallelLoops& loops)
@@ -123,12 +212,14 @@ void SolverBodies::readStates(const btContactSolverInfo& info, ParallelLoops& lo
     m_missing.resize(size());
     m_states[kFixedBody] = {};
     m_motions[kFixedBody] = m_pushes[kFixedBody] = {};
-    forEach(size() - 1, loops,
-            [&](std::uint32_t i)
-            {
-                m_motions[i + 1] = m_pushes[i + 1] = {};
-                readState(info, *m_bodies[i + 1], m_states[i + 1]);
-            });
+    parallelForEach(loops, size() - 1, kGrain,
+                    [&](std::uint32_t i)
+                    {
+                        if (i + 1 + kReadAhead < size())
+                            prefetchBytes(m_bodies[i + 1 + kReadAhead], 0, sizeof(btRigidBody) / 16 * 16);
+                        m_motions[i + 1] = m_pushes[i + 1] = {};
+                        readState(info, *m_bodies[i + 1], m_states[i + 1]);
+                    });
 }
 
 void SolverBodies::readState(const btContactSolverInfo& info, btRigidBody& body, SolverBodyState& state)
@@ -149,11 +240,11 @@ void SolverBodies::readState(const btContactSolverInfo& info, btRigidBody& body,
     }
     const btVector3 factor = body.getLinearFactor() * body.getLinearFactor() * inverseMass;
     const btVector3& turn = body.getAngularFactor();
-    set(state.linear, body.getLinearVelocity() + force);
-    set(state.angular, body.getAngularVelocity() + torque);
-    set(state.force, force);
-    set(state.torque, torque);
-    set(state.centre, body.getWorldTransform().getOrigin());
+    copy(body.getLinearVelocity() + force, state.linear);
+    copy(body.getAngularVelocity() + torque, state.angular);
+    copy(force, state.force);
+    copy(torque, state.torque);
+    copy(body.getWorldTransform().getOrigin(), state.centre);
     state.inverseMassX = factor.x();
     state.inverseMassY = factor.y();
     state.inverseMassZ = factor.z();
@@ -169,54 +260,58 @@ void SolverBodies::readState(const btContactSolverInfo& info, btRigidBody& body,
     state.inertiaZZ = inertia[2][2];
 }
 
-void SolverBodies::beginSubsteps()
+void SolverBodies::beginSubsteps(ParallelLoops& loops)
 {
-    for (std::size_t i = 0; i < m_states.size(); ++i)
-    {
-        for (int k = 0; k < 3; ++k)
-        {
-            m_motions[i].linear[k] = m_states[i].linear[k] - m_states[i].force[k];
-            m_motions[i].angular[k] = m_states[i].angular[k] - m_states[i].torque[k];
-        }
-    }
-    for (std::size_t i = 0; i < m_motions.size(); ++i)
-        m_missing[i] = {MissingPart(m_motions[i].linear), MissingPart(m_motions[i].angular)};
+    parallelForEach(loops, size(), kGrain,
+                    [&](std::uint32_t i)
+                    {
+                        for (int k = 0; k < 3; ++k)
+                        {
+                            m_motions[i].linear[k] = m_states[i].linear[k] - m_states[i].force[k];
+                            m_motions[i].angular[k] = m_states[i].angular[k] - m_states[i].torque[k];
+                        }
+                        m_missing[i] = {MissingPart(m_motions[i].linear), MissingPart(m_motions[i].angular)};
+                    });
 }
 
-void SolverBodies::addForces(int substep, btScalar share)
+void SolverBodies::addForces(int substep, btScalar share, ParallelLoops& loops)
 {
-    for (std::size_t i = 0; i < m_states.size(); ++i)
-    {
-        const btScalar part = m_isBound[i] != 0 ? share : btScalar(substep == 0 ? 1 : 0);
-        for (int k = 0; k < 3; ++k)
-        {
-            m_motions[i].linear[k] += m_states[i].force[k] * part;
-            m_motions[i].angular[k] += m_states[i].torque[k] * part;
-        }
-    }
+    parallelForEach(loops, size(), kGrain,
+                    [&](std::uint32_t i)
+                    {
+                        const btScalar part = m_isBound[i] != 0 ? share : btScalar(substep == 0 ? 1 : 0);
+                        for (int k = 0; k < 3; ++k)
+                        {
+                            m_motions[i].linear[k] += m_states[i].force[k] * part;
+                            m_motions[i].angular[k] += m_states[i].torque[k] * part;
+                        }
+                    });
 }
 
-void SolverBodies::move(btScalar time)
+void SolverBodies::move(btScalar time, ParallelLoops& loops)
 {
-    for (std::size_t i = 0; i < m_motions.size(); ++i)
-    {
-        for (int k = 0; k < 3; ++k)
-        {
-            m_pushes[i].linear[k] += m_motions[i].linear[k] * time;
-            m_pushes[i].angular[k] += m_motions[i].angular[k] * time;
-        }
-    }
+    parallelForEach(loops, size(), kGrain,
+                    [&](std::uint32_t i)
+                    {
+                        for (int k = 0; k < 3; ++k)
+                        {
+                            m_pushes[i].linear[k] += m_motions[i].linear[k] * time;
+                            m_pushes[i].angular[k] += m_motions[i].angular[k] * time;
+                        }
+                    });
 }
 
-void SolverBodies::endSubstep(int substep, btScalar share, btScalar time)
+void SolverBodies::endSubstep(int substep, btScalar share, btScalar time, ParallelLoops& loops)
 {
-    for (std::size_t i = 0; i < m_motions.size(); ++i)
-    {
-        const SolverBodyState& state = m_states[i];
-        m_missing[i].linear.add(m_motions[i].linear, vectorOf(state.force) * share, btScalar(substep) * time);
-        m_missing[i].angular.add(m_motions[i].angular, vectorOf(state.torque) * share,
-                                 btScalar(substep) * time);
-    }
+    parallelForEach(loops, size(), kGrain,
+                    [&](std::uint32_t i)
+                    {
+                        const SolverBodyState& state = m_states[i];
+                        m_missing[i].linear.add(m_motions[i].linear, vectorOf(state.force) * share,
+                                                btScalar(substep) * time);
+                        m_missing[i].angular.add(m_motions[i].angular, vectorOf(state.torque) * share,
+                                                 btScalar(substep) * time);
+                    });
 }
 
 void SolverBodies::MissingPart::add(const btScalar* velocity, const btVector3& added, btScalar time)
@@ -232,7 +327,7 @@ void SolverBodies::MissingPart::add(const btScalar* velocity, const btVector3& a
 
 void SolverBodies::writeBackMoved(const btContactSolverInfo& info, ParallelLoops& loops)
 {
-    forEach(size() - 1, loops, [&](std::uint32_t i) { writeBackMoved(info, i + 1); });
+    parallelForEach(loops, size() - 1, kGrain, [&](std::uint32_t i) { writeBackMoved(info, i + 1); });
 }
 
 void SolverBodies::writeBackMoved(const btContactSolverInfo& info, std::uint32_t number) const
@@ -260,7 +355,7 @@ void SolverBodies::writeBackMoved(const btContactSolverInfo& info, std::uint32_t
 
 void SolverBodies::writeBack(const btContactSolverInfo& info, ParallelLoops& loops)
 {
-    forEach(size() - 1, loops, [&](std::uint32_t i) { writeBack(info, i + 1); });
+    parallelForEach(loops, size() - 1, kGrain, [&](std::uint32_t i) { writeBack(info, i + 1); });
 }
 
 void SolverBodies::writeBack(const btContactSolverInfo& info, std::uint32_t number) const

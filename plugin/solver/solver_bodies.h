@@ -19,13 +19,19 @@ class ParallelLoops;
 
 inline namespace CULLET_PRECISION
 {
-/// The bodies of a group, by number. Number kFixedBody stands for all objects that nothing moves.
+/// The bodies of a group, by number. Number kFixedBody stands for all objects that nothing moves. Bodies that are near each
+/// other have near numbers, so that constraints in the order of numbers find their bodies in near caches.
 class SolverBodies
 {
 public:
-    /// Begins a group.
-    void clear(btCollisionObject** bodies, int count);
+    /// What find() returns for a body that add() must number.
+    static constexpr std::uint32_t kUnknown = ~std::uint32_t{0};
 
+    /// Begins a group: numbers its bodies.
+    void number(btCollisionObject** bodies, int count, ParallelLoops& loops);
+
+    /// The number of an object, if it has one. On any thread.
+    std::uint32_t find(const btCollisionObject& object) const;
     /// The number of an object; adds it if it is new.
     std::uint32_t add(btCollisionObject& object);
 
@@ -35,16 +41,16 @@ public:
     /// @name Soft steps
     ///@{
     /// Makes the motions velocities, without what forces add.
-    void beginSubsteps();
+    void beginSubsteps(ParallelLoops& loops);
     /// Adds what forces add in a substep. A body without rows gets all of it in the first one, and moves as with Bullet's
     /// solver.
-    void addForces(int substep, btScalar share);
+    void addForces(int substep, btScalar share, ParallelLoops& loops);
     /// Moves the bodies by their velocities.
-    void move(btScalar time);
+    void move(btScalar time, ParallelLoops& loops);
     /// Ends a substep. A step must move a body by its velocity after the forces of the step, as Bullet's does: springs that
     /// an application makes of forces, and chains under tension, gain energy otherwise. So what has been added to a velocity
     /// now is missing in the substeps before, unless that is an impact.
-    void endSubstep(int substep, btScalar share, btScalar time);
+    void endSubstep(int substep, btScalar share, btScalar time, ParallelLoops& loops);
     /// Gives the bodies their velocities, and places from which Bullet moves them to where they are now.
     void writeBackMoved(const btContactSolverInfo& info, ParallelLoops& loops);
     ///@}
@@ -61,6 +67,8 @@ public:
     std::uint32_t localId(std::uint32_t number) const { return m_localIds[number]; }
     /// Whether rows may change a body, which is not so for kinematic ones.
     bool isMoved(std::uint32_t number) const { return m_isMoved[number] != 0; }
+
+    bool isAnisotropic(std::uint32_t number) const { return m_isAnisotropic[number] != 0; }
 
     /// Changes of the velocities; with substeps the velocities.
     SolverMotion* motions() { return m_motions.data(); }
@@ -89,14 +97,35 @@ private:
         MissingPart linear, angular;
     };
 
-    void append(btRigidBody* body);
+    /// What decides about the number of a body.
+    struct Place
+    {
+        btRigidBody* body;  ///< null: no number
+        int island;
+        std::uint32_t id;       ///< of the broad phase
+        std::uint32_t localId;  ///< see localId()
+        std::uint32_t cell;     ///< of a grid over the group
+        btScalar centre[3];
+    };
+
+    static Place placeOf(btCollisionObject& object);
+    std::uint32_t findKinematic(const btRigidBody& body) const;
     void findLocalIds();
+    void findCells();
+    void numberByCells();
+    void resize(std::size_t size);
+    void set(std::uint32_t number, btRigidBody& body, std::uint32_t localId);
     static void readState(const btContactSolverInfo& info, btRigidBody& body, SolverBodyState& state);
     void writeBack(const btContactSolverInfo& info, std::uint32_t number) const;
     void writeBackMoved(const btContactSolverInfo& info, std::uint32_t number) const;
 
+    std::vector<Place> m_places;           ///< [object of the group]
+    std::vector<std::uint32_t> m_numbers;  ///< [object of the group]
+    std::vector<std::uint32_t> m_firsts;   ///< [cell] number of its next body
+    std::size_t m_cells = 1;
     std::vector<btRigidBody*> m_bodies;             ///< [number], null for the fixed one
     std::vector<std::uint8_t> m_isMoved;            ///< [number]
+    std::vector<std::uint8_t> m_isAnisotropic;      ///< [number] whether friction depends on its direction
     std::vector<std::uint8_t> m_isBound;            ///< [number] whether the body has rows
     std::vector<std::uint32_t> m_localIds;          ///< [number]
     std::vector<std::uint32_t> m_kinematic;         ///< numbers of kinematic bodies

@@ -104,6 +104,7 @@ struct PointRows
     std::uint32_t first;  ///< the normal's row
     std::uint32_t push;   ///< index of the PushBlock; kNoPush: no point is deep, and the step not soft
     bool turns;           ///< whether there is turning friction
+    bool isDeep;          ///< whether the split impulse moves a point
 };
 
 /// Pushes deep points apart without giving them a velocity (split impulse). In a soft step, what all points remember of
@@ -121,6 +122,7 @@ struct ContactBlock
     std::uint32_t manifolds[kBlock];  ///< numbers of the first `lanes` manifolds
     std::uint8_t lanes;
     std::uint8_t points;  ///< of the manifold that has most
+    bool isPlain;         ///< whether its points have nothing that few points have (Contact)
     PointRows rows[4];
 };
 
@@ -175,7 +177,10 @@ struct SolverStep
     btScalar pushBelow;       ///< gaps of at most this are pushed apart; below any gap without split impulse
     btScalar bounceAbove;     ///< m_restitutionVelocityThreshold
     btScalar anchorVelocity;  ///< m_frictionERP / m_timeStep
-    int slidingRows;          ///< 1 or 2
+    btScalar slop;            ///< m_linearSlop
+    /// Of points without their own: m_globalCfm / m_timeStep, m_erp2.
+    btScalar softness, errorReduction;
+    int slidingRows;  ///< 1 or 2
     bool slidesAlongVelocity;
     bool keepsSlides;    ///< points remember directions that do not depend on the velocity
     bool notesResidual;  ///< whether iterations may end early

@@ -148,7 +148,7 @@ TEST(ShuffledOrder, SortsByHashAndKeepsOrderOfEqualOnes)
         std::uint32_t hash, place;
     };
     std::mt19937 random(11);
-    for (const std::size_t size : {0, 1, 2, 255, 256, 257, 5000})
+    for (const std::size_t size : {0, 1, 2, 255, 256, 257, 5000, 20000})
     {
         std::vector<Thing> things(size);
         std::uint32_t place = 0;
@@ -157,11 +157,17 @@ TEST(ShuffledOrder, SortsByHashAndKeepsOrderOfEqualOnes)
         std::vector<Thing> expected = things;
         std::stable_sort(expected.begin(), expected.end(),
                          [](const Thing& a, const Thing& b) { return a.hash < b.hash; });
-        ShuffledOrder<Thing> order;
-        order.sort(things, [](const Thing& thing) { return thing.hash; });
-        ASSERT_EQ(things.size(), size);
-        for (std::size_t i = 0; i < size; ++i)
-            EXPECT_EQ(things[i].place, expected[i].place);
+        for (const int threads : {1, 3, 8})
+        {
+            SCOPED_TRACE(testing::Message() << size << " things, " << threads << " threads");
+            ShuffledOrder<Thing> order;
+            ParallelLoops loops(threads);
+            std::vector<Thing> sorted;
+            order.sort(things, sorted, loops, [](const Thing& thing) { return thing.hash; });
+            ASSERT_EQ(sorted.size(), size);
+            for (std::size_t i = 0; i < size; ++i)
+                ASSERT_EQ(sorted[i].place, expected[i].place);
+        }
     }
 }
 }  // namespace

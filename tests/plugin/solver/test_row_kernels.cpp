@@ -112,7 +112,7 @@ struct Sample
         std::uint32_t rows = 0;
         for (int k = 0; k < kPoints; ++k)
         {
-            contacts.rows[k] = {rows, static_cast<std::uint32_t>(k), k % 2 == 0};
+            contacts.rows[k] = {rows, static_cast<std::uint32_t>(k), k % 2 == 0, true};
             rows += 1u + static_cast<std::uint32_t>(step.slidingRows) + (k % 2 == 0 ? 3u : 0u);
             makePoint(numbers, k, sources[k]);
         }
@@ -204,8 +204,8 @@ struct Sample
 
     btScalar solveHard(const RowKernels& kernels)
     {
-        const btScalar pressing = kernels.press(step, contacts, contactRows.data(), motions.data());
-        const btScalar rubbing = kernels.rub(step, contacts, contactRows.data(), motions.data());
+        const btScalar pressing = kernels.press(step, &contacts, 1, contactRows.data(), motions.data());
+        const btScalar rubbing = kernels.rub(step, &contacts, 1, contactRows.data(), motions.data());
         residuals.push_back(pressing);
         residuals.push_back(rubbing);
         return std::max(pressing, rubbing);
@@ -220,7 +220,7 @@ struct Sample
                                   isPushing};
         kernels.applyContacts(step, contacts, contactRows.data(), motions.data());
         kernels.applyJoints(joints, jointRows.data(), motions.data());
-        kernels.solveSoft(step, substep, contacts, contactRows.data(), pushes.data(), moved.data(),
+        kernels.solveSoft(step, substep, &contacts, 1, contactRows.data(), pushes.data(), moved.data(),
                           motions.data());
     }
 
