@@ -78,7 +78,7 @@ struct IsaGjkOptions
     /// friction anchors; perturbation and enableSatConvex; BoxPairs::Bullet.
     ///
     /// Off by default: contacts then depend on the poses of earlier steps, too. They never depend on threads.
-    ReusePose reusePose;
+    ReusePose reusePose = {};
 };
 
 /// Counters since the registration, summed over all pairs.

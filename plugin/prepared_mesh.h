@@ -47,6 +47,8 @@ private:
 /// class, mesh interface, Bullet's tree, scaling, bounds, addresses and sizes of all arrays, and the corners of a few
 /// triangles. If anything differs, as with another shape at the address of a deleted one, they use Bullet's nodes.
 ///
+/// With IsaGjkOptions::reusePose, bodies that rest on the mesh keep their contacts without reading its triangles.
+///
 /// Prepared are shapes of exactly the classes btBvhTriangleMeshShape and btMultimaterialTriangleMeshShape, with Bullet's
 /// tree, whose mesh interface is of one of Bullet's classes. For others the result isPrepared() is false, and queries are Bullet's.
 ///

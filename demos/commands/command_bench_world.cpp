@@ -122,6 +122,7 @@ Json toJson(const WorldCommand& command)
             {"update", command.updates},
             {"solver", command.solvers},
             {"reuse", command.reuse},
+            {"prepare", command.scene.world.prepares},
             {"threads", command.options.threads},
             {"seed", world.seed},
             {"dt", command.scene.dt},
@@ -197,6 +198,8 @@ void addPartOptions(CLI::App& command, WorldCommand& options)
         ->delimiter(',')
         ->capture_default_str()
         ->check(CLI::Range(0.0, 1.0));
+    command.add_flag("--prepare", options.scene.world.prepares,
+                     "declare meshes constant, so that their triangles are not read to keep contacts");
     command.add_option("--threads", options.options.threads, "one or several numbers; 0: all cores")
         ->delimiter(',')
         ->capture_default_str()

@@ -4,9 +4,10 @@
 
 #include "cullet/plugin/contact/pair_material.h"
 #include "cullet/plugin/core/dynamic_type.h"
+#include "cullet/plugin/core/mix_bits.h"
+#include "cullet/plugin/shapes/shape_hash.h"
 
 #include <cmath>
-#include <cstring>
 #include <new>
 
 namespace cullet
@@ -31,16 +32,19 @@ bool isWhole(const btCollisionObjectWrapper& shape)
     return &shape.getWorldTransform() == &shape.getCollisionObject()->getWorldTransform();
 }
 
-/// The squares of the differences of all elements; for rotations 8 sin^2(angle / 2).
-btScalar squaredDifference(const btMatrix3x3& a, const btMatrix3x3& b)
+/// A shape of the pair and the other one, of which the first is smaller.
+struct SmallAndLarge
 {
-    return (a[0] - b[0]).length2() + (a[1] - b[1]).length2() + (a[2] - b[2]).length2();
-}
+    const btCollisionObjectWrapper &small, &large;
 
-bool areEqual(const btVector3& a, const btVector3& b)
-{
-    return a.x() == b.x() && a.y() == b.y() && a.z() == b.z();
-}
+    SmallAndLarge(const ContactCall& call, bool isSecondSmaller)
+        : small(isSecondSmaller ? call.b : call.a), large(isSecondSmaller ? call.a : call.b)
+    {
+    }
+    bool areWhole() const { return isWhole(small) && isWhole(large); }
+    const btTransform& smallBodyAt() const { return small.getCollisionObject()->getWorldTransform(); }
+    const btTransform& largeBodyAt() const { return large.getCollisionObject()->getWorldTransform(); }
+};
 }  // namespace
 
 bool ContactCall::mayKeep() const
@@ -52,10 +56,16 @@ bool ContactCall::mayKeep() const
            !areShown(*a.getCollisionObject(), *b.getCollisionObject());
 }
 
-void KeptContacts::Place::set(const btTransform& at, const btTransform& relativeTo, btScalar radius)
+void KeptContacts::Place::set(const btTransform& at, const btTransform& relativeTo, btScalar pointsWithin)
 {
-    m_relative = relativeTo.inverseTimes(at);
-    m_radius = radius;
+    const btTransform now = relativeTo.inverseTimes(at);
+    for (int row = 0; row < 3; ++row)
+    {
+        for (int column = 0; column < 3; ++column)
+            relative[static_cast<std::size_t>(3 * row + column)] = now.getBasis()[row][column];
+        relative[static_cast<std::size_t>(9 + row)] = now.getOrigin()[row];
+    }
+    radius = pointsWithin;
 }
 
 /// True for poses that are not finite, too.
@@ -63,30 +73,37 @@ bool KeptContacts::Place::isLeft(const btTransform& at, const btTransform& relat
                                  const ReusePose& reuse) const noexcept
 {
     const btTransform now = relativeTo.inverseTimes(at);
-    const btScalar shift = (now.getOrigin() - m_relative.getOrigin()).length();
-    // Of a point at distance 1 from the axis: 2 sin(angle / 2).
-    const btScalar chord =
-        std::sqrt(squaredDifference(now.getBasis(), m_relative.getBasis()) * btScalar(0.5));
+    const btScalar* const then = relative.data();
+    const auto from = [then](int row) { return btVector3(then[row], then[row + 1], then[row + 2]); };
+    btScalar turned = 0;
+    for (int row = 0; row < 3; ++row)
+        turned += (now.getBasis()[row] - from(3 * row)).length2();
+    const btScalar shift = (now.getOrigin() - from(9)).length();
+    // Of a point at distance 1 from the axis: 2 sin(angle / 2), since `turned` is 8 sin^2(angle / 2).
+    const btScalar chord = std::sqrt(turned * btScalar(0.5));
     const btScalar chordOfAngle = reuse.angle * (1 - reuse.angle * reuse.angle * btScalar(1.0 / 24));
-    return !(shift + chord * m_radius <= reuse.distance && chord <= chordOfAngle);
+    return !(shift + chord * radius <= reuse.distance && chord <= chordOfAngle);
 }
 
-/// A hash of the places of all points on the first body. With 64 bits it is not equal for other places by chance.
+/// A hash of the places of all points on the first body.
 std::uint64_t KeptContacts::placesOf(const btPersistentManifold& manifold) noexcept
 {
     std::uint64_t hash = 0;
     for (int i = 0; i < manifold.getNumContacts(); ++i)
     {
         const btVector3& place = manifold.getContactPoint(i).m_localPointA;
-        for (int axis = 0; axis < 3; ++axis)
-        {
-            const auto number = static_cast<double>(place[axis]);
-            std::uint64_t bits;
-            std::memcpy(&bits, &number, sizeof(bits));
-            hash = ((hash << 7 | hash >> 57) ^ bits) * 0x9e3779b97f4a7c15;
-        }
+        hash += mixBits(mixBits(bitsOf(place.x()), bitsOf(place.y()) + std::uint64_t(i)), bitsOf(place.z()));
     }
     return hash;
+}
+
+/// @return 0 if a shape is of a kind whose contacts are not kept
+std::uint64_t KeptContacts::shapesOf(const ContactCall& call) noexcept
+{
+    const std::uint64_t pass = call.isaGjk.pass(),
+                        a = hashOfShape(*call.a.getCollisionShape(), call.hulls[0], pass),
+                        b = hashOfShape(*call.b.getCollisionShape(), call.hulls[1], pass);
+    return a == 0 || b == 0 ? 0 : mixBits(a, b);
 }
 
 bool KeptContacts::holdFor(const ContactCall& call) const noexcept
@@ -94,18 +111,13 @@ bool KeptContacts::holdFor(const ContactCall& call) const noexcept
     if (m_count == 0 || call.manifold.getNumContacts() != m_count || m_registration != call.isaGjk.resets() ||
         m_breakingThreshold != call.manifold.getContactBreakingThreshold())
         return false;
-    const btCollisionObjectWrapper &smaller = m_isSecondSmaller ? call.b : call.a,
-                                   &larger = m_isSecondSmaller ? call.a : call.b;
+    const SmallAndLarge pair(call, m_isSecondSmaller);
     const ReusePose& reuse = call.isaGjk.options().reusePose;
-    if (m_shapesPlace.isLeft(smaller.getWorldTransform(), larger.getWorldTransform(), reuse) ||
-        m_hasParts != !(isWhole(smaller) && isWhole(larger)) ||
-        (m_hasParts && m_bodiesPlace.isLeft(smaller.getCollisionObject()->getWorldTransform(),
-                                            larger.getCollisionObject()->getWorldTransform(), reuse)))
+    if (m_place.isLeft(pair.small.getWorldTransform(), pair.large.getWorldTransform(), reuse) ||
+        (m_bodies == nullptr) != pair.areWhole() ||
+        (m_bodies != nullptr && m_bodies->isLeft(pair.smallBodyAt(), pair.largeBodyAt(), reuse)))
         return false;
-    ShapeState a, b;
-    return a.read(*call.a.getCollisionShape(), call.hulls[0], call.isaGjk.pass()) && a == m_a &&
-           b.read(*call.b.getCollisionShape(), call.hulls[1], call.isaGjk.pass()) && b == m_b &&
-           placesOf(call.manifold) == m_places;
+    return shapesOf(call) == m_shapes && placesOf(call.manifold) == m_places;
 }
 
 void KeptContacts::renew(const ContactCall& call) const
@@ -115,9 +127,9 @@ void KeptContacts::renew(const ContactCall& call) const
     setMaterial(*call.result.getBody0Internal(), *call.result.getBody1Internal(), common);
     for (int i = 0; i < m_count; ++i)
     {
-        const auto place = static_cast<std::size_t>(i);
-        if (i == 0 || !areEqual(m_normals[place], m_normals[place - 1]))
-            setNormal(basis * m_normals[place], common);
+        const Normal& normal = m_normals[static_cast<std::size_t>(i)];
+        if (i == 0 || normal != m_normals[static_cast<std::size_t>(i - 1)])
+            setNormal(basis * btVector3(normal[0], normal[1], normal[2]), common);
         renewPoint(common, call.manifold.getContactPoint(i));
     }
 }
@@ -125,33 +137,44 @@ void KeptContacts::renew(const ContactCall& call) const
 void KeptContacts::store(const ContactCall& call) noexcept
 {
     forget();
-    if (!m_a.read(*call.a.getCollisionShape(), call.hulls[0], call.isaGjk.pass()) ||
-        !m_b.read(*call.b.getCollisionShape(), call.hulls[1], call.isaGjk.pass()))
+    m_shapes = shapesOf(call);
+    if (m_shapes == 0 || !storePlaces(call))
         return;
-    storePlaces(call);
     m_registration = call.isaGjk.resets();
     m_breakingThreshold = call.manifold.getContactBreakingThreshold();
     m_places = placesOf(call.manifold);
     m_count = call.manifold.getNumContacts();
     const btMatrix3x3& basis = call.manifold.getBody1()->getWorldTransform().getBasis();
     for (int i = 0; i < m_count; ++i)
-        m_normals[static_cast<std::size_t>(i)] = call.manifold.getContactPoint(i).m_normalWorldOnB * basis;
+    {
+        const btVector3 normal = call.manifold.getContactPoint(i).m_normalWorldOnB * basis;
+        m_normals[static_cast<std::size_t>(i)] = {normal.x(), normal.y(), normal.z()};
+    }
 }
 
-void KeptContacts::storePlaces(const ContactCall& call)
+/// @return false if out of memory
+bool KeptContacts::storePlaces(const ContactCall& call) noexcept
 {
-    m_isSecondSmaller = m_b.radius() < m_a.radius();
-    const btCollisionObjectWrapper &smaller = m_isSecondSmaller ? call.b : call.a,
-                                   &larger = m_isSecondSmaller ? call.a : call.b;
-    const btScalar radius = m_isSecondSmaller ? m_b.radius() : m_a.radius();
-    const btTransform& at = smaller.getWorldTransform();
-    m_shapesPlace.set(at, larger.getWorldTransform(), radius);
-    m_hasParts = !(isWhole(smaller) && isWhole(larger));
-    if (!m_hasParts)
-        return;
-    const btTransform& bodyAt = smaller.getCollisionObject()->getWorldTransform();
-    m_bodiesPlace.set(bodyAt, larger.getCollisionObject()->getWorldTransform(),
-                      radius + (at.getOrigin() - bodyAt.getOrigin()).length());
+    const std::uint64_t pass = call.isaGjk.pass();
+    const btScalar a = radiusOfShape(*call.a.getCollisionShape(), call.hulls[0], pass),
+                   b = radiusOfShape(*call.b.getCollisionShape(), call.hulls[1], pass);
+    m_isSecondSmaller = b < a;
+    const SmallAndLarge pair(call, m_isSecondSmaller);
+    const btTransform& at = pair.small.getWorldTransform();
+    const btScalar radius = m_isSecondSmaller ? b : a;
+    m_place.set(at, pair.large.getWorldTransform(), radius);
+    if (pair.areWhole())
+    {
+        m_bodies.reset();
+        return true;
+    }
+    if (m_bodies == nullptr)
+        m_bodies.reset(new (std::nothrow) Place);
+    if (m_bodies == nullptr)
+        return false;
+    m_bodies->set(pair.smallBodyAt(), pair.largeBodyAt(),
+                  radius + (at.getOrigin() - pair.smallBodyAt().getOrigin()).length());
+    return true;
 }
 
 bool ContactKeeper::keepOrForget(const ContactCall& call)
@@ -172,7 +195,7 @@ void ContactKeeper::storeAll(const ContactCall& call) noexcept
 {
     if (!hasContacts())
     {
-        const auto* const made = new (std::nothrow) Contacts{isaGjk(), {}};
+        const auto* const made = new (std::nothrow) Contacts(isaGjk());
         if (made == nullptr)
             return;
         m_address = reinterpret_cast<std::uintptr_t>(made) | 1;

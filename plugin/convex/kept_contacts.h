@@ -3,7 +3,7 @@
 #pragma once
 
 #include "cullet/plugin/isa_gjk.h"
-#include "cullet/plugin/shapes/shape_state.h"
+#include "cullet/plugin/shapes/hull_cache.h"
 
 #include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
 #include <BulletCollision/CollisionDispatch/btManifoldResult.h>
@@ -11,6 +11,7 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 
 namespace cullet
 {
@@ -61,32 +62,32 @@ public:
 
 private:
     /// Where one object is relative to another, and how far it may move from there.
-    class Place
+    struct Place
     {
-    public:
-        /// @param radius bounds the distances of the points that count from the origin of `at`
-        void set(const btTransform& at, const btTransform& relativeTo, btScalar radius);
+        /// @param pointsWithin bounds the distances of the points that count from the origin of `at`
+        void set(const btTransform& at, const btTransform& relativeTo, btScalar pointsWithin);
         bool isLeft(const btTransform& at, const btTransform& relativeTo,
                     const ReusePose& reuse) const noexcept;
 
-    private:
-        btTransform m_relative;
-        btScalar m_radius = 0;
+        std::array<btScalar, 12> relative;  ///< basis and origin
+        btScalar radius = 0;
     };
+    using Normal = std::array<btScalar, 3>;
 
     static std::uint64_t placesOf(const btPersistentManifold& manifold) noexcept;
-    void storePlaces(const ContactCall& call);
+    static std::uint64_t shapesOf(const ContactCall& call) noexcept;
+    bool storePlaces(const ContactCall& call) noexcept;
 
+    // Little memory: in a world at rest, its cache lines are much of the cost of a pair.
     int m_count = 0;                   ///< of the contacts; 0: none are kept
     std::uint32_t m_registration = 0;  ///< see IsaGjkRegistration::resets()
-    std::uint64_t m_places = 0;        ///< hash of the points' places
     btScalar m_breakingThreshold = 0;
     bool m_isSecondSmaller = false;
-    bool m_hasParts = false;  ///< a shape is a part of its body's shape
-    Place m_shapesPlace;      ///< of the smaller shape, relative to the other
-    Place m_bodiesPlace;      ///< of the smaller shape's body, if there are parts
-    ShapeState m_a, m_b;
-    std::array<btVector3, MANIFOLD_CACHE_SIZE> m_normals;  ///< in the frame of the second body
+    std::uint64_t m_shapes = 0;                         ///< hash of both shapes
+    std::uint64_t m_places = 0;                         ///< hash of the points' places
+    Place m_place;                                      ///< of the smaller shape, relative to the other
+    std::array<Normal, MANIFOLD_CACHE_SIZE> m_normals;  ///< in the frame of the second body
+    std::unique_ptr<Place> m_bodies;  ///< the same of their bodies, if one has the shape as a part; else null
 };
 
 /// The registration of an algorithm, and the contacts that it keeps between its calls, in the size of a pointer: Bullet's
@@ -121,6 +122,8 @@ public:
 private:
     struct Contacts
     {
+        explicit Contacts(IsaGjkRegistration& registration) : isaGjk(registration) {}
+
         IsaGjkRegistration& isaGjk;
         KeptContacts kept;
     };

@@ -2,7 +2,10 @@
 // SPDX-License-Identifier: Zlib
 #include "cullet/plugin/mesh/kept_triangles.h"
 
+#include "cullet/plugin/core/mix_bits.h"
 #include "cullet/plugin/mesh/triangle_source.h"
+#include "cullet/plugin/queries/mesh_queries.h"
+#include "cullet/plugin/queries/mesh_target.h"
 
 #include <cstddef>
 #include <cstring>
@@ -11,19 +14,6 @@ namespace cullet
 {
 inline namespace CULLET_PRECISION
 {
-namespace
-{
-/// All bits of both numbers affect all bits of the result.
-std::uint64_t mix(std::uint64_t a, std::uint64_t b) noexcept
-{
-    __extension__ using Wide = unsigned __int128;
-    const Wide product = Wide(a) * b;
-    return static_cast<std::uint64_t>(product) ^ static_cast<std::uint64_t>(product >> 64);
-}
-
-constexpr std::uint64_t kOdd[] = {0x9e3779b97f4a7c15, 0xa0761d6478bd642f, 0xe7037ed1a0b428db};
-}  // namespace
-
 void TriangleHash::add(const btVector3* corners, int part, int index) noexcept
 {
     struct
@@ -40,12 +30,28 @@ void TriangleHash::add(const btVector3* corners, int part, int index) noexcept
     std::uint64_t words[kWords], sum = 0;
     std::memcpy(words, &all, sizeof(all));
     for (std::size_t i = 0; i < kWords; i += 2)
-        sum += mix(words[i] ^ kOdd[0] ^ i, words[i + 1] ^ kOdd[1]);
-    m_value = mix(m_value ^ kOdd[2], sum ^ kOdd[0]);
+        sum += mixBits(words[i] ^ i, words[i + 1]);
+    m_value = mixBits(m_value, sum);
+}
+
+ConstantTriangles ConstantTriangles::of(const btConcaveShape& mesh)
+{
+    const MeshTarget target = meshTargetOf(mesh);
+    if (target.mesh == nullptr)
+        return {};
+    return {target.mesh->serial(), target.isScaled ? mesh.getLocalScaling() : btVector3(1, 1, 1)};
+}
+
+bool ConstantTriangles::operator==(const ConstantTriangles& other) const noexcept
+{
+    return serial == other.serial && scale.x() == other.scale.x() && scale.y() == other.scale.y() &&
+           scale.z() == other.scale.z();
 }
 
 bool KeptMeshContacts::haveTrianglesOf(const btConcaveShape& mesh) const
 {
+    if (m_constant.serial != 0 && ConstantTriangles::of(mesh) == m_constant)
+        return true;
     if (!m_hasTriangles)
         return false;
     TriangleHash hash;
@@ -53,13 +59,15 @@ bool KeptMeshContacts::haveTrianglesOf(const btConcaveShape& mesh) const
     return hash.value() == m_hash;
 }
 
-void KeptMeshContacts::setTriangles(const btVector3& low, const btVector3& high,
-                                    const TriangleHash& hash) noexcept
+void KeptMeshContacts::setTriangles(const btConcaveShape& mesh, const btVector3& low, const btVector3& high,
+                                    const TriangleHash* hash) noexcept
 {
+    m_constant = ConstantTriangles::of(mesh);
     m_low = low;
     m_high = high;
-    m_hash = hash.value();
-    m_hasTriangles = true;
+    m_hasTriangles = hash != nullptr;
+    if (m_hasTriangles)
+        m_hash = hash->value();
 }
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

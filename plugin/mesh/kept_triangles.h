@@ -27,9 +27,19 @@ private:
     std::uint64_t m_value = 0;
 };
 
+/// A prepared mesh, whose triangles its application has declared constant, with its current scale.
+struct ConstantTriangles
+{
+    std::uint64_t serial = 0;  ///< see MeshQueries; 0: the mesh is not prepared
+    btVector3 scale = btVector3(1, 1, 1);
+
+    static ConstantTriangles of(const btConcaveShape& mesh);
+    bool operator==(const ConstantTriangles& other) const noexcept;
+};
+
 /// The contacts that a pair of a convex shape and a mesh keeps (IsaGjkOptions::reusePose), and the triangles in the box in
-/// which they were computed. In each call the mesh reports the triangles of that box again: any edit that could change
-/// the contacts shows.
+/// which they were computed. In each call the mesh reports the triangles of that box again, unless it is prepared: any
+/// edit that could change the contacts shows.
 class KeptMeshContacts
 {
 public:
@@ -42,12 +52,15 @@ public:
     bool isStored() const noexcept { return m_contacts.isStored(); }
     void forget() noexcept { m_contacts.forget(); }
     void store(const ContactCall& call) noexcept { m_contacts.store(call); }
-    /// The triangles of the stored contacts. Bodies that move do without the hash.
-    void setTriangles(const btVector3& low, const btVector3& high, const TriangleHash& hash) noexcept;
-    void forgetTriangles() noexcept { m_hasTriangles = false; }
+    /// The triangles of the stored contacts.
+    ///
+    /// @param hash null for a body that moves, which does without, and for a prepared mesh
+    void setTriangles(const btConcaveShape& mesh, const btVector3& low, const btVector3& high,
+                      const TriangleHash* hash) noexcept;
 
 private:
     KeptContacts m_contacts;
+    ConstantTriangles m_constant;
     btVector3 m_low, m_high;  ///< in the mesh's frame
     std::uint64_t m_hash = 0;
     bool m_hasTriangles = false;

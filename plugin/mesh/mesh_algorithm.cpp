@@ -102,7 +102,7 @@ bool MeshAlgorithm::keepContacts(MeshQuery& query, const ContactCall& call)
         kept.forget();
         return false;
     }
-    // If this fails, a hash of the triangles will be stored.
+    // If this fails, a hash of the triangles is stored next.
     if (!kept.haveTrianglesOf(static_cast<const btConcaveShape&>(*call.b.getCollisionShape())))
         return false;
     kept.renew(call);

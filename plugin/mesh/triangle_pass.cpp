@@ -226,10 +226,8 @@ void TrianglePass::processTriangle(btVector3* corners, int part, int index)
 
 void TrianglePass::storeTriangles(KeptMeshContacts& kept) const
 {
-    if (m_hash)
-        kept.setTriangles(m_readMin, m_readMax, *m_hash);
-    else
-        kept.forgetTriangles();
+    kept.setTriangles(*static_cast<const btConcaveShape*>(m_mesh.getCollisionShape()), m_readMin, m_readMax,
+                      m_hash ? &*m_hash : nullptr);
 }
 
 void TrianglePass::readCandidates()

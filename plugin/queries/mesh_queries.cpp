@@ -12,6 +12,7 @@
 #include <BulletCollision/CollisionShapes/btTriangleMesh.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <cstddef>
 
@@ -21,6 +22,8 @@ inline namespace CULLET_PRECISION
 {
 namespace
 {
+std::atomic<std::uint64_t> lastSerial{0};
+
 /// Bullet's test of a ray and a triangle accepts points outside of the triangle, by 1e-4 of a height: a barycentric
 /// coordinate of -1e-4. Two of them, at a corner, are 2e-4 of the triangle's size; the rest is for rounding.
 constexpr double kTriangleGrowth = 2.5e-4;
@@ -54,6 +57,7 @@ std::unique_ptr<MeshQueries> MeshQueries::make(const btBvhTriangleMeshShape& sha
 
 MeshQueries::MeshQueries(const btBvhTriangleMeshShape& shape, btOptimizedBvh& tree)
     : m_shape(shape),
+      m_serial(lastSerial.fetch_add(1, std::memory_order_relaxed) + 1),
       m_interface(shape.getMeshInterface()),
       m_min(shape.getLocalAabbMin()),
       m_max(shape.getLocalAabbMax()),

@@ -29,6 +29,9 @@ public:
 
     const btBvhTriangleMeshShape& shape() const noexcept { return m_shape; }
 
+    /// Not 0, and of no other mesh that the process has prepared or will prepare: addresses are used again.
+    std::uint64_t serial() const noexcept { return m_serial; }
+
     /// Whether the shape is as it was; see prepare().
     bool isCurrent() const;
 
@@ -63,6 +66,7 @@ private:
     Corners sampleAt(std::size_t sample) const;
 
     const btBvhTriangleMeshShape& m_shape;
+    const std::uint64_t m_serial;
     const btStridingMeshInterface* m_interface;
     btVector3 m_min, m_max;  ///< the shape's bounds
     BulletNodes m_nodes;

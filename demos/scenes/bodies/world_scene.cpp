@@ -219,9 +219,23 @@ void WorldScene::allowGhosts()
     m_world->getPairCache()->setInternalGhostPairCallback(&keep(std::make_unique<btGhostPairCallback>()));
 }
 
+void WorldScene::prepareMeshes()
+{
+    const btCollisionObjectArray& objects = m_world->getCollisionObjectArray();
+    for (int i = 0; i < objects.size(); ++i)
+    {
+        const btCollisionShape& shape = *objects[i]->getCollisionShape();
+        if (shape.getShapeType() == TRIANGLE_MESH_SHAPE_PROXYTYPE)
+            m_prepared.push_back(prepare(static_cast<const btBvhTriangleMeshShape&>(shape)));
+    }
+}
+
 PhaseTimes WorldScene::step()
 {
     const MarginScope margin(m_broadphase.margin);
+    if (m_options.prepares && !m_hasStarted)
+        prepareMeshes();
+    m_hasStarted = true;
     direct();
     // Zero substeps: exactly one step, of length dt.
     return PhaseClock::measure(m_trace,

@@ -5,6 +5,7 @@
 #include "cullet/demos/scenes/bodies/broadphase_factory.h"
 #include "cullet/demos/scenes/bodies/phase_clock.h"
 #include "cullet/demos/scenes/hulls/mesh_hull.h"
+#include "cullet/plugin/prepared_mesh.h"
 
 #include <btBulletDynamicsCommon.h>
 
@@ -32,6 +33,7 @@ struct WorldSceneOptions
     std::string update = "bullet";       ///< update of the boxes: one of boxUpdateNames()
     std::string solver = "bullet";       ///< of constraints: one of solverNames()
     double reuse = 0;                    ///< IsaGjkOptions::reusePose of narrow: its distance in metres
+    bool prepares = false;               ///< declare meshes constant before the first step: prepare()
     bool isMt = false;                   ///< Bullet's own multithreaded world; narrow and update are ignored
     int threads = 0;                ///< of backend, narrow, update and isMt; 0: as many as the machine has
     std::vector<HullPoints> hulls;  ///< shapes for the scenes that take meshes
@@ -160,6 +162,8 @@ protected:
     void allowGhosts();
 
 private:
+    void prepareMeshes();
+
     std::string m_name;
     WorldSceneOptions m_options;
     NamedBroadphase m_broadphase;
@@ -168,6 +172,8 @@ private:
     std::unique_ptr<btCollisionDispatcher> m_dispatcher;
     std::unique_ptr<btConstraintSolver> m_solver;
     std::vector<std::shared_ptr<void>> m_kept;
+    std::vector<PreparedMesh> m_prepared;
+    bool m_hasStarted = false;
     std::unique_ptr<btDiscreteDynamicsWorld> m_world;
 };
 

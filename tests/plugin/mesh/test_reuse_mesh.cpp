@@ -1,5 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
+#include "cullet/plugin/prepared_mesh.h"
 #include "cullet/tests/plugin/broadphase/broadphase_support.h"
 #include "cullet/tests/plugin/convex/convex_world.h"
 #include "cullet/tests/plugin/mesh/mesh_bench.h"
@@ -204,18 +205,52 @@ TEST_F(ReuseMesh, KeepsPointsWhenVerticesFarAwayAreMoved)
     EXPECT_EQ(pair.isaGjk().stats().reusedTotal, 2u);
 }
 
+TEST_F(ReuseMesh, NeedsNoTrianglesOfAPreparedMesh)
+{
+    for (const auto& body : bodies)
+    {
+        SCOPED_TRACE(body->getName());
+        PreparedMesh prepared = prepare(*shape);
+        ASSERT_TRUE(prepared.isPrepared());
+        btScaledBvhTriangleMeshShape scaled(shape.get(), vec(1, 1, 1));
+        for (btConcaveShape* const mesh :
+             {static_cast<btConcaveShape*>(shape.get()), static_cast<btConcaveShape*>(&scaled)})
+        {
+            MeshBench pair(Loop::Ours, *body, *mesh, false, keepingMeshes());
+            pair.step(resting, kGround);
+            const std::uint64_t triangles = pair.isaGjk().stats().trianglesTotal;
+            pair.step(resting, kGround);
+            EXPECT_EQ(pair.isaGjk().stats().reusedTotal, 1u);
+            EXPECT_EQ(pair.isaGjk().stats().trianglesTotal, triangles);
+        }
+        MeshBench pair(Loop::Ours, *body, *shape, false, keepingMeshes());
+        pair.step(resting, kGround);
+        prepared = PreparedMesh();
+        vertex(10, 10) += vec(0.01, 0, 0);
+        prepared = prepare(*shape);
+        EXPECT_TRUE(isComputedAgain(pair, resting));
+        prepared = PreparedMesh();
+        vertex(10, 10) -= vec(0.01, 0, 0);
+        MeshBench other(Loop::Ours, *body, scaled, false, keepingMeshes());
+        prepared = prepare(*shape);
+        other.step(resting, kGround);
+        scaled.setLocalScaling(vec(0.5, 1, 0.5));
+        EXPECT_TRUE(isComputedAgain(other, resting));
+    }
+}
+
 TEST_F(ReuseMesh, SeesRaisedSamplesOfAHeightField)
 {
-    std::vector<float> heights(11 * 11, 0.0f);
+    std::vector<btScalar> heights(11 * 11, btScalar(0));  // Bullet reads PHY_FLOAT as btScalar
     btHeightfieldTerrainShape field(11, 11, heights.data(), 1, -2, 2, 1, PHY_FLOAT, false);
     for (const auto& body : bodies)
     {
         SCOPED_TRACE(body->getName());
         MeshBench pair(Loop::Ours, *body, field, false, keepingMeshes());
         settle(pair, resting);
-        heights[5 * 11 + 5] = 0.02f;
+        heights[5 * 11 + 5] = btScalar(0.02);
         EXPECT_TRUE(isComputedAgain(pair, resting));
-        heights[5 * 11 + 5] = 0.0f;
+        heights[5 * 11 + 5] = 0;
     }
 }
 
