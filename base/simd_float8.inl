@@ -3,9 +3,11 @@
 
 // Eight floats and the few operations on them that the query kernels need, in the widest registers that the including
 // translation unit is compiled for. Comparisons are false for NaN. Internal linkage, as query_kernels.inl requires.
+#include "cullet/base/vector16.h"
+
 #include <cstdint>
 
-#if defined(__SSE2__)
+#if defined(__AVX__)
 #include <immintrin.h>
 #endif
 
@@ -58,108 +60,54 @@ inline std::uint32_t bits(Float8 mask)
 {
     return static_cast<std::uint32_t>(_mm256_movemask_ps(mask.v));
 }
-#elif defined(__SSE2__)
+#else
+/// Two registers of the baseline of any processor.
 struct Float8
 {
-    __m128 v, w;
+    FourFloats v, w;
 };
 inline Float8 load(const float* p)
 {
-    return {_mm_loadu_ps(p), _mm_loadu_ps(p + 4)};
+    return {loadFour(p), loadFour(p + 4)};
 }
 inline void store(float* p, Float8 x)
 {
-    _mm_storeu_ps(p, x.v);
-    _mm_storeu_ps(p + 4, x.w);
+    __builtin_memcpy(p, &x, sizeof(x));
 }
 inline Float8 broadcast(float x)
 {
-    return {_mm_set1_ps(x), _mm_set1_ps(x)};
+    const FourFloats four = {x, x, x, x};
+    return {four, four};
 }
 inline Float8 operator-(Float8 a, Float8 b)
 {
-    return {_mm_sub_ps(a.v, b.v), _mm_sub_ps(a.w, b.w)};
+    return {a.v - b.v, a.w - b.w};
 }
 inline Float8 operator*(Float8 a, Float8 b)
 {
-    return {_mm_mul_ps(a.v, b.v), _mm_mul_ps(a.w, b.w)};
+    return {a.v * b.v, a.w * b.w};
 }
 inline Float8 smaller(Float8 a, Float8 b)
 {
-    return {_mm_min_ps(a.v, b.v), _mm_min_ps(a.w, b.w)};
+    return {smallerOf(a.v, b.v), smallerOf(a.w, b.w)};
 }
 inline Float8 larger(Float8 a, Float8 b)
 {
-    return {_mm_max_ps(a.v, b.v), _mm_max_ps(a.w, b.w)};
+    return {largerOf(a.v, b.v), largerOf(a.w, b.w)};
 }
+using FourBits = MaskOf<FourFloats>;
 inline Float8 operator&(Float8 a, Float8 b)
 {
-    return {_mm_and_ps(a.v, b.v), _mm_and_ps(a.w, b.w)};
+    return {reinterpret_cast<FourFloats>(reinterpret_cast<FourBits>(a.v) & reinterpret_cast<FourBits>(b.v)),
+            reinterpret_cast<FourFloats>(reinterpret_cast<FourBits>(a.w) & reinterpret_cast<FourBits>(b.w))};
 }
 inline Float8 operator<=(Float8 a, Float8 b)
 {
-    return {_mm_cmple_ps(a.v, b.v), _mm_cmple_ps(a.w, b.w)};
+    return {reinterpret_cast<FourFloats>(a.v <= b.v), reinterpret_cast<FourFloats>(a.w <= b.w)};
 }
 inline std::uint32_t bits(Float8 mask)
 {
-    return static_cast<std::uint32_t>(_mm_movemask_ps(mask.v) | _mm_movemask_ps(mask.w) << 4);
-}
-#else
-struct Float8
-{
-    float v[8];
-};
-template <class Operation>
-inline Float8 perLane(Operation operation)
-{
-    Float8 result;
-    for (int i = 0; i < 8; ++i)
-        result.v[i] = operation(i);
-    return result;
-}
-inline Float8 load(const float* p)
-{
-    return perLane([=](int i) { return p[i]; });
-}
-inline Float8 broadcast(float x)
-{
-    return perLane([=](int) { return x; });
-}
-inline void store(float* p, const Float8& x)
-{
-    for (int i = 0; i < 8; ++i)
-        p[i] = x.v[i];
-}
-inline Float8 operator-(const Float8& a, const Float8& b)
-{
-    return perLane([&](int i) { return a.v[i] - b.v[i]; });
-}
-inline Float8 operator*(const Float8& a, const Float8& b)
-{
-    return perLane([&](int i) { return a.v[i] * b.v[i]; });
-}
-inline Float8 smaller(const Float8& a, const Float8& b)
-{
-    return perLane([&](int i) { return a.v[i] < b.v[i] ? a.v[i] : b.v[i]; });
-}
-inline Float8 larger(const Float8& a, const Float8& b)
-{
-    return perLane([&](int i) { return a.v[i] > b.v[i] ? a.v[i] : b.v[i]; });
-}
-inline Float8 operator&(const Float8& a, const Float8& b)
-{
-    return perLane([&](int i) { return a.v[i] != 0.0f && b.v[i] != 0.0f ? 1.0f : 0.0f; });
-}
-inline Float8 operator<=(const Float8& a, const Float8& b)
-{
-    return perLane([&](int i) { return a.v[i] <= b.v[i] ? 1.0f : 0.0f; });
-}
-inline std::uint32_t bits(const Float8& mask)
-{
-    std::uint32_t result = 0;
-    for (int i = 0; i < 8; ++i)
-        result |= (mask.v[i] != 0.0f ? 1u : 0u) << i;
-    return result;
+    return laneBits(reinterpret_cast<FourBits>(mask.v)) | laneBits(reinterpret_cast<FourBits>(mask.w)) << 4;
 }
 #endif
 }  // namespace

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Zlib
 //
 // `Lanes`: floats in the widest register of the instruction set that the including source is compiled for. To be
-// included by kernels, inside namespace cullet and after <immintrin.h>.
+// included by kernels, inside namespace cullet, and after vector16.h and, for x86, <immintrin.h>.
 
 namespace
 {
@@ -39,38 +39,22 @@ struct Lanes
     static Mask both(Mask a, Mask b) { return _mm256_and_ps(a, b); }
     static std::uint32_t bits(Mask m) { return static_cast<std::uint32_t>(_mm256_movemask_ps(m)); }
 };
-#elif defined(__SSE2__)
+#else
+/// The baseline of any processor.
 struct Lanes
 {
-    using Value = __m128;
-    using Mask = __m128;
+    using Value = FourFloats;
+    using Mask = MaskOf<FourFloats>;
     static constexpr std::uint32_t kWidth = 4;
     static constexpr std::uint32_t kFull = 0xf;
-    static Value load(const float* p) { return _mm_loadu_ps(p); }
-    static void store(float* p, Value v) { _mm_storeu_ps(p, v); }
-    static Value broadcast(float v) { return _mm_set1_ps(v); }
-    static Value subtract(Value a, Value b) { return _mm_sub_ps(a, b); }
-    static Value larger(Value a, Value b) { return _mm_max_ps(a, b); }
-    static Mask le(Value a, Value b) { return _mm_cmple_ps(a, b); }
-    static Mask both(Mask a, Mask b) { return _mm_and_ps(a, b); }
-    static std::uint32_t bits(Mask m) { return static_cast<std::uint32_t>(_mm_movemask_ps(m)); }
-};
-#else
-/// Portable single lane, for processors without SSE2.
-struct Lanes
-{
-    using Value = float;
-    using Mask = bool;
-    static constexpr std::uint32_t kWidth = 1;
-    static constexpr std::uint32_t kFull = 1;
-    static Value load(const float* p) { return *p; }
-    static void store(float* p, Value v) { *p = v; }
-    static Value broadcast(float v) { return v; }
+    static Value load(const float* p) { return loadFour(p); }
+    static void store(float* p, Value v) { __builtin_memcpy(p, &v, sizeof(v)); }
+    static Value broadcast(float v) { return Value{v, v, v, v}; }
     static Value subtract(Value a, Value b) { return a - b; }
-    static Value larger(Value a, Value b) { return a > b ? a : b; }
+    static Value larger(Value a, Value b) { return largerOf(a, b); }
     static Mask le(Value a, Value b) { return a <= b; }
-    static Mask both(Mask a, Mask b) { return a && b; }
-    static std::uint32_t bits(Mask m) { return m ? 1u : 0u; }
+    static Mask both(Mask a, Mask b) { return a & b; }
+    static std::uint32_t bits(Mask m) { return laneBits(m); }
 };
 #endif
 }  // namespace

@@ -12,6 +12,8 @@
 
 #if defined(__SSE2__)
 #include <immintrin.h>
+#elif defined(__aarch64__)
+#include <arm_neon.h>
 #endif
 
 namespace cullet
@@ -45,6 +47,25 @@ std::uint64_t bitsOfSetBytes(const std::uint8_t* bytes, std::uint8_t& any)
     all = _mm_or_si128(all, _mm_srli_si128(all, 2));
     all = _mm_or_si128(all, _mm_srli_si128(all, 1));
     any = static_cast<std::uint8_t>(any | _mm_cvtsi128_si32(all));
+#elif defined(__aarch64__)
+    constexpr uint8x16_t kWeights = {1, 2, 4, 8, 16, 32, 64, 128, 1, 2, 4, 8, 16, 32, 64, 128};
+    uint8x16_t sixteen[4];
+    uint8x16_t set[4];
+    for (int i = 0; i < 4; ++i)
+    {
+        sixteen[i] = vld1q_u8(bytes + 16 * i);
+        set[i] = vandq_u8(vtstq_u8(sixteen[i], sixteen[i]), kWeights);
+    }
+    // Sums of neighbours: after three of them a byte has the bits of eight.
+    const uint8x16_t sums = vpaddq_u8(vpaddq_u8(set[0], set[1]), vpaddq_u8(set[2], set[3]));
+    bits = vgetq_lane_u64(vreinterpretq_u64_u8(vpaddq_u8(sums, sums)), 0);
+    const uint64x2_t halves =
+        vreinterpretq_u64_u8(vorrq_u8(vorrq_u8(sixteen[0], sixteen[1]), vorrq_u8(sixteen[2], sixteen[3])));
+    std::uint64_t all = vgetq_lane_u64(halves, 0) | vgetq_lane_u64(halves, 1);
+    all |= all >> 32;
+    all |= all >> 16;
+    all |= all >> 8;
+    any = static_cast<std::uint8_t>(any | all);
 #else
     for (std::uint32_t i = 0; i < kGroup; ++i)
     {

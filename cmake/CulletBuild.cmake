@@ -52,6 +52,7 @@ set(CMAKE_UNITY_BUILD_BATCH_SIZE 16)
 # if it were in a header.
 # maytrap: Clang would else divide in lanes that nobody uses, which raises the flags of floating-point exceptions; GCC does not.
 # -ffp-contract=off: the same pairs and contacts on every machine need a multiply and an add to stay two operations.
+# __ARM_FEATURE_FMA: where it is defined Eigen's vectors multiply and add by one instruction, whatever the compiler is told.
 include(CheckCXXCompilerFlag)
 check_cxx_compiler_flag("-Werror -ffp-exception-behavior=maytrap" CULLET_HAS_MAYTRAP)
 add_library(cullet_flags INTERFACE)
@@ -61,9 +62,14 @@ target_compile_options(cullet_flags INTERFACE
     "$<$<AND:$<COMPILE_LANGUAGE:CXX>,$<NOT:$<BOOL:$<TARGET_PROPERTY:UNITY_BUILD>>>>:-Wshadow>"
     "$<$<AND:$<COMPILE_LANG_AND_ID:CXX,GNU>,$<BOOL:$<TARGET_PROPERTY:UNITY_BUILD>>>:-Wno-subobject-linkage>"
     "$<$<COMPILE_LANGUAGE:CUDA>:-Xcompiler=-Wall,-Wextra,-ffp-contract=off>")
+if(CMAKE_SYSTEM_PROCESSOR MATCHES "^(aarch64|arm64)")
+    target_compile_options(cullet_flags INTERFACE "$<$<COMPILE_LANGUAGE:CXX>:-U__ARM_FEATURE_FMA>")
+endif()
 if(CULLET_WERROR)
+    # What libstdc++ before 13 calls in std::inplace_merge it also deprecates, and Clang from 18 on does not keep that to itself.
     target_compile_options(cullet_flags INTERFACE
         "$<$<COMPILE_LANGUAGE:CXX>:-Werror>"
+        "$<$<COMPILE_LANG_AND_ID:CXX,Clang>:-Wno-error=deprecated-declarations>"
         "$<$<COMPILE_LANGUAGE:CUDA>:-Werror=all-warnings;-Xcompiler=-Werror>")
 endif()
 

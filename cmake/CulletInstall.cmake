@@ -46,19 +46,17 @@ install(TARGETS cullet_static_broad cullet_narrow
 install(EXPORT cullet-targets NAMESPACE cullet:: DESTINATION "${CULLET_PACKAGE_DIR}" COMPONENT development)
 
 # Archives of their own, component `recording`: only those who record need zlib.
-if(TARGET cullet_recording)
-    set(targets cullet_box_stream)
-    foreach(scalar IN LISTS CULLET_PRECISIONS)
-        cullet_precision_names(${scalar} suffix precision)
-        list(APPEND targets cullet_recording${suffix})
-    endforeach()
-    add_dependencies(cullet_libraries ${targets})
-    install(TARGETS ${targets}
-        EXPORT cullet-recording-targets
-        ARCHIVE DESTINATION "${CMAKE_INSTALL_LIBDIR}" COMPONENT development)
-    install(EXPORT cullet-recording-targets
-        NAMESPACE cullet:: DESTINATION "${CULLET_PACKAGE_DIR}" COMPONENT development)
-endif()
+set(targets cullet_box_stream)
+foreach(scalar IN LISTS CULLET_PRECISIONS)
+    cullet_precision_names(${scalar} suffix precision)
+    list(APPEND targets cullet_recording${suffix})
+endforeach()
+add_dependencies(cullet_libraries ${targets})
+install(TARGETS ${targets}
+    EXPORT cullet-recording-targets
+    ARCHIVE DESTINATION "${CMAKE_INSTALL_LIBDIR}" COMPONENT development)
+install(EXPORT cullet-recording-targets
+    NAMESPACE cullet:: DESTINATION "${CULLET_PACKAGE_DIR}" COMPONENT development)
 
 get_property(headers GLOBAL PROPERTY CULLET_PUBLIC_HEADERS)
 # For the API reference.

@@ -22,18 +22,35 @@ constexpr unsigned kMostYields = 64;
 constexpr std::chrono::microseconds kSleep{50};
 constexpr unsigned kSleepsOfSameLength = 8;
 constexpr unsigned kMostSleeps = 20;
+
+/// Whether rest() does anything.
+#if defined(__SSE2__) || defined(__aarch64__)
+constexpr bool kCanRest = true;
+#else
+constexpr bool kCanRest = false;
+#endif
+
+/// Lets some tens of cycles pass, in which the other thread of the core has more of it.
+inline void rest()
+{
+#if defined(__SSE2__)
+    _mm_pause();
+#elif defined(__aarch64__)
+    // Most processors pass over the hint that is meant for this, `yield`. A barrier for instructions takes as long as
+    // x86's pause, as Rust's spin_loop() has it.
+    __asm__ volatile("isb" ::: "memory");
+#endif
+}
 }  // namespace
 
 void ForkJoin::spinWait(unsigned spins)
 {
-#if defined(__SSE2__)
-    if (spins < kMostSpins)
+    if (kCanRest && spins < kMostSpins)
     {
         for (int i = 0; i < 16; ++i)
-            _mm_pause();
+            rest();
         return;
     }
-#endif
     // A thread whose task is still not done was descheduled, or has much more to do than the waiting one had. Spinning
     // on would take the core that it may need.
     constexpr unsigned kFirstSleep = kMostSpins + kMostYields;

@@ -50,44 +50,41 @@ inline Lanes gather(const Aabb* const* boxes)
              {_mm256_shuffle_ps(yz01, yz23, 0x44)},
              {_mm256_shuffle_ps(yz01, yz23, 0xEE)}}};
 }
-#elif defined(__SSE2__)
+#else
+inline FourFloats first(const FourFloats& a, const FourFloats& b)
+{
+    return CULLET_SHUFFLE(a, b, 0, 4, 1, 5);
+}
+inline FourFloats last(const FourFloats& a, const FourFloats& b)
+{
+    return CULLET_SHUFFLE(a, b, 2, 6, 3, 7);
+}
 /// Turns eight boxes of six floats into six planes of eight, in two halves of four boxes.
 inline Lanes gather(const Aabb* const* boxes)
 {
-    __m128 planes[2][6];
+    FourFloats planes[2][6];
     for (int half = 0; half < 2; ++half)
     {
-        __m128 low[4];   // min.x min.y min.z max.x
-        __m128 high[4];  // min.z max.x max.y max.z
+        FourFloats low[4];   // min.x min.y min.z max.x
+        FourFloats high[4];  // min.z max.x max.y max.z
         for (int i = 0; i < 4; ++i)
         {
-            low[i] = _mm_loadu_ps(boxes[4 * half + i]->min);
-            high[i] = _mm_loadu_ps(boxes[4 * half + i]->min + 2);
+            low[i] = loadFour(boxes[4 * half + i]->min);
+            high[i] = loadFour(boxes[4 * half + i]->min + 2);
         }
-        _MM_TRANSPOSE4_PS(low[0], low[1], low[2], low[3]);
-        _MM_TRANSPOSE4_PS(high[0], high[1], high[2], high[3]);
-        for (int i = 0; i < 4; ++i)
-            planes[half][i] = low[i];
-        planes[half][4] = high[2];
-        planes[half][5] = high[3];
+        const FourFloats xy[2] = {first(low[0], low[1]), first(low[2], low[3])};
+        const FourFloats zx[2] = {last(low[0], low[1]), last(low[2], low[3])};
+        const FourFloats yz[2] = {last(high[0], high[1]), last(high[2], high[3])};
+        const FourFloats* const sources[3] = {xy, zx, yz};
+        for (int i = 0; i < 3; ++i)
+        {
+            planes[half][2 * i] = CULLET_SHUFFLE(sources[i][0], sources[i][1], 0, 1, 4, 5);
+            planes[half][2 * i + 1] = CULLET_SHUFFLE(sources[i][0], sources[i][1], 2, 3, 6, 7);
+        }
     }
     Lanes lanes;
     for (int i = 0; i < 6; ++i)
         lanes.planes[i] = {planes[0][i], planes[1][i]};
-    return lanes;
-}
-#else
-inline Lanes gather(const Aabb* const* boxes)
-{
-    Lanes lanes;
-    for (int lane = 0; lane < 8; ++lane)
-    {
-        for (int axis = 0; axis < 3; ++axis)
-        {
-            lanes.planes[axis].v[lane] = boxes[lane]->min[axis];
-            lanes.planes[axis + 3].v[lane] = boxes[lane]->max[axis];
-        }
-    }
     return lanes;
 }
 #endif
@@ -102,36 +99,18 @@ inline std::uint32_t validLanes(const Lanes& lanes)
 inline Aabb unite(const Aabb* const* boxes)
 {
     Aabb bounds;
-#if defined(__SSE2__)
-    __m128 least = _mm_loadu_ps(boxes[0]->min);
-    __m128 most = _mm_loadu_ps(boxes[0]->min + 2);
+    FourFloats least = loadFour(boxes[0]->min);
+    FourFloats most = loadFour(boxes[0]->min + 2);
     for (int i = 1; i < 8; ++i)
     {
-        least = _mm_min_ps(least, _mm_loadu_ps(boxes[i]->min));
-        most = _mm_max_ps(most, _mm_loadu_ps(boxes[i]->min + 2));
+        least = smallerOf(least, loadFour(boxes[i]->min));
+        most = largerOf(most, loadFour(boxes[i]->min + 2));
     }
-    float low[4];
-    float high[4];
-    _mm_storeu_ps(low, least);
-    _mm_storeu_ps(high, most);
     for (int axis = 0; axis < 3; ++axis)
     {
-        bounds.min[axis] = low[axis];
-        bounds.max[axis] = high[axis + 1];
+        bounds.min[axis] = least[axis];
+        bounds.max[axis] = most[axis + 1];
     }
-#else
-    bounds = *boxes[0];
-    for (int i = 1; i < 8; ++i)
-    {
-        for (int axis = 0; axis < 3; ++axis)
-        {
-            if (boxes[i]->min[axis] < bounds.min[axis])
-                bounds.min[axis] = boxes[i]->min[axis];
-            if (boxes[i]->max[axis] > bounds.max[axis])
-                bounds.max[axis] = boxes[i]->max[axis];
-        }
-    }
-#endif
     return bounds;
 }
 

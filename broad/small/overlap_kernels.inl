@@ -3,9 +3,10 @@
 //
 // Body of the overlap kernels; each including source is compiled for another instruction set. Each value is rounded
 // once, so every width finds the same pairs.
+#include "cullet/base/vector16.h"
 #include "cullet/broad/small/overlap_kernels.h"
 
-#if defined(__SSE2__)
+#if defined(__AVX__)
 #include <immintrin.h>
 #endif
 

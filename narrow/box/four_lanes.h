@@ -3,14 +3,12 @@
 #pragma once
 
 #include "cullet/base/simd_vector.h"
+#include "cullet/base/vector16.h"
 
-#include <cmath>
 #include <cstring>
 #include <limits>
 #ifdef __AVX__
 #include <immintrin.h>
-#elif defined(__SSE2__)
-#include <emmintrin.h>
 #endif
 
 namespace cullet
@@ -157,17 +155,7 @@ public:
         return each(a, b, [](const Vector& x, const Vector& y, Vector& out) { takeSmaller(x, y, out); });
     }
     /// Root of a number that is not negative, without the call by which std::sqrt() sets errno.
-    [[gnu::always_inline]] static S root(S x)
-    {
-#ifdef __SSE2__
-        if constexpr (sizeof(S) == 4)
-            return _mm_cvtss_f32(_mm_sqrt_ss(_mm_set_ss(x)));
-        else
-            return _mm_cvtsd_f64(_mm_sqrt_sd(_mm_setzero_pd(), _mm_set_sd(x)));
-#else
-        return std::sqrt(x);
-#endif
-    }
+    [[gnu::always_inline]] static S root(S x) { return squareRoot(x); }
     [[gnu::always_inline]] S largest() const
     {
         const FourLanes halves = larger(*this, lanes<2, 3, 0, 1>());
@@ -226,48 +214,26 @@ private:
 
     [[gnu::always_inline]] static unsigned signs(const Vector& mask)
     {
-#ifdef __SSE2__
-        if constexpr (sizeof(S) == 4)
-            return static_cast<unsigned>(_mm_movemask_ps(reinterpret_cast<const __m128&>(mask)));
-        else if constexpr (kParts == 2)
-            return static_cast<unsigned>(_mm_movemask_pd(reinterpret_cast<const __m128d&>(mask)));
+        if constexpr (sizeof(Vector) == 16)
+            return laneBits(reinterpret_cast<const Mask&>(mask));
 #ifdef __AVX__
         else
             return static_cast<unsigned>(_mm256_movemask_pd(reinterpret_cast<const __m256d&>(mask)));
 #endif
-#else
-        unsigned bits = 0;
-        for (int lane = 0; lane < kWidth; ++lane)
-            bits |= static_cast<unsigned>(reinterpret_cast<const Mask&>(mask)[lane] & 1) << lane;
-        return bits;
-#endif
     }
 
-    // Without the intrinsics, GCC compares and selects.
     [[gnu::always_inline]] static void takeLarger(const Vector& x, const Vector& y, Vector& out)
     {
-#ifdef __SSE2__
-        if constexpr (sizeof(S) == 4)
-            out = reinterpret_cast<Vector>(
-                _mm_max_ps(reinterpret_cast<const __m128&>(x), reinterpret_cast<const __m128&>(y)));
-        else if constexpr (kParts == 2)
-            out = reinterpret_cast<Vector>(
-                _mm_max_pd(reinterpret_cast<const __m128d&>(x), reinterpret_cast<const __m128d&>(y)));
+        if constexpr (sizeof(Vector) == 16)
+            out = largerOf(x, y);
         else
-#endif
             out = x > y ? x : y;
     }
     [[gnu::always_inline]] static void takeSmaller(const Vector& x, const Vector& y, Vector& out)
     {
-#ifdef __SSE2__
-        if constexpr (sizeof(S) == 4)
-            out = reinterpret_cast<Vector>(
-                _mm_min_ps(reinterpret_cast<const __m128&>(x), reinterpret_cast<const __m128&>(y)));
-        else if constexpr (kParts == 2)
-            out = reinterpret_cast<Vector>(
-                _mm_min_pd(reinterpret_cast<const __m128d&>(x), reinterpret_cast<const __m128d&>(y)));
+        if constexpr (sizeof(Vector) == 16)
+            out = smallerOf(x, y);
         else
-#endif
             out = x < y ? x : y;
     }
 

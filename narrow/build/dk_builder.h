@@ -158,14 +158,16 @@ private:
 
     bool isEar(std::int32_t v, const std::vector<std::int32_t>& ring, std::size_t corner) const
     {
-        const auto [a, b, c] = earOf(ring, corner);
+        // Not by structured bindings, which a lambda cannot capture.
+        const Triangle ear = earOf(ring, corner);
+        const std::int32_t a = ear[0], b = ear[1], c = ear[2];
         // A second edge between the same vertices would break the rings of both.
         const bool isEdge = std::any_of(m_oppositeEdges[a].begin(), m_oppositeEdges[a].end(),
-                                        [c = c](const OppositeEdge& w) { return w.from == c || w.to == c; });
+                                        [c](const OppositeEdge& w) { return w.from == c || w.to == c; });
         if (isEdge || !isConvexEar(v, a, b, c))
             return false;
         return std::none_of(ring.begin(), ring.end(),
-                            [&, a = a, b = b, c = c](std::int32_t u)
+                            [&](std::int32_t u)
                             { return u != a && u != b && u != c && side(a, b, c, u) > 0; });
     }
 

@@ -314,7 +314,8 @@ private:
         return search(shape, {d[0], d[1], d[2]}, vertex);
     }
 
-    [[gnu::always_inline]] Hits wideHeights(const Vector& dA, const Vector& dB) const
+    [[gnu::always_inline]] Hits wideHeights([[maybe_unused]] const Vector& dA,
+                                            [[maybe_unused]] const Vector& dB) const
     {
         Hits hits = {{-1, S(0)}, {-1, S(0)}};
 #ifdef __SSE2__

@@ -3,15 +3,12 @@
 #pragma once
 
 #include "cullet/base/simd_vector.h"
+#include "cullet/base/vector16.h"
 
-#include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <limits>
 #include <type_traits>
-#ifdef __SSE2__
-#include <emmintrin.h>
-#endif
 
 /// Vectors of lanes for the support searches: GCC's vector extension, and intrinsics where it has no equivalent.
 namespace cullet
@@ -158,26 +155,6 @@ inline S scaleBelowOne(S positive)
     return scale;
 }
 
-/// Square root without the call by which std::sqrt() sets errno for a negative argument. The value fills all lanes,
-/// since the compiler moves one lane beside zeros through an integer register.
-inline float squareRoot(float x)
-{
-#ifdef __SSE2__
-    return _mm_cvtss_f32(_mm_sqrt_ss(_mm_set1_ps(x)));
-#else
-    return std::sqrt(x);
-#endif
-}
-
-inline double squareRoot(double x)
-{
-#ifdef __SSE2__
-    return _mm_cvtsd_f64(_mm_sqrt_sd(_mm_setzero_pd(), _mm_set1_pd(x)));
-#else
-    return std::sqrt(x);
-#endif
-}
-
 /// Two numbers, widened to double, in the lanes of a vector.
 inline Lanes<double>::Vector widePair(float a, float b)
 {
@@ -199,6 +176,9 @@ inline Lanes<double>::Vector wideFirst(const Lanes<float>::Vector& v)
 {
 #ifdef __SSE2__
     return reinterpret_cast<Lanes<double>::Vector>(_mm_cvtps_pd(reinterpret_cast<__m128>(v)));
+#elif defined(__aarch64__)
+    return reinterpret_cast<Lanes<double>::Vector>(
+        vcvt_f64_f32(vget_low_f32(reinterpret_cast<float32x4_t>(v))));
 #else
     return Lanes<double>::Vector{v[0], v[1]};
 #endif
@@ -214,10 +194,10 @@ inline Lanes<double>::Vector wideLast(const Lanes<float>::Vector& v)
 template <int kLane>
 Lanes<double>::Vector widePairOf(const Quad<float>::Vector& a, const Quad<float>::Vector& b)
 {
-#ifdef __SSE2__
+#if defined(__SSE2__) || defined(__aarch64__)
     // Without the shuffle the compiler would extract each lane by itself.
     const auto low = CULLET_SHUFFLE(a, b, kLane, kLane + 4, kLane, kLane + 4);
-    return reinterpret_cast<Lanes<double>::Vector>(_mm_cvtps_pd(reinterpret_cast<__m128>(low)));
+    return wideFirst(low);
 #else
     return Lanes<double>::Vector{a[kLane], b[kLane]};
 #endif
@@ -227,25 +207,6 @@ template <int kLane>
 Lanes<double>::Vector widePairOf(const Quad<double>::Vector& a, const Quad<double>::Vector& b)
 {
     return Lanes<double>::Vector{a[kLane], b[kLane]};
-}
-
-/// Bit i: lane i is set, that is, all of its bits are.
-inline unsigned laneBits(Lanes<float>::Mask m)
-{
-#ifdef __SSE2__
-    return static_cast<unsigned>(_mm_movemask_ps(reinterpret_cast<__m128>(m)));
-#else
-    return (m[0] & 1u) | (m[1] & 2u) | (m[2] & 4u) | (m[3] & 8u);
-#endif
-}
-
-inline unsigned laneBits(Lanes<double>::Mask m)
-{
-#ifdef __SSE2__
-    return static_cast<unsigned>(_mm_movemask_pd(reinterpret_cast<__m128d>(m)));
-#else
-    return static_cast<unsigned>((m[0] & 1) | (m[1] & 2));
-#endif
 }
 
 /// Bit i: lane i of four is set.

@@ -129,12 +129,6 @@ struct TetrahedronSides
     bool isFlat;       ///< the volume is zero within rounding: the sides are not valid
 };
 
-/// The larger of two numbers in each lane.
-inline VectorPair::Lane largerOf(const VectorPair::Lane& a, const VectorPair::Lane& b)
-{
-    return a > b ? a : b;
-}
-
 /// Two faces at a time. The lanes are filled from the points, since vectors read back from memory would wait for their
 /// stores.
 inline TetrahedronSides tetrahedronSides(const SimplexPoints& p)

@@ -12,6 +12,8 @@
 
 #ifdef __SSE2__
 #include <emmintrin.h>
+#elif defined(__aarch64__)
+#include <arm_neon.h>
 #endif
 
 namespace cullet
@@ -173,6 +175,11 @@ private:
             const __m128i second = _mm_cmpeq_epi16(_mm_load_si128(halves + 1), wanted);
             return static_cast<unsigned>(_mm_movemask_epi8(_mm_packs_epi16(first, second))) &
                    ((1u << kSlots) - 1);
+#elif defined(__aarch64__)
+            constexpr uint16x8_t kWeights = {1, 2, 4, 8, 16, 32, 64, 128};
+            const uint16x8_t first = vceqq_u16(vld1q_u16(tags), vdupq_n_u16(tag));
+            return vaddvq_u16(vandq_u16(first, kWeights)) | static_cast<unsigned>(tags[8] == tag) << 8 |
+                   static_cast<unsigned>(tags[9] == tag) << 9;
 #else
             unsigned bits = 0;
             for (int slot = 0; slot < kSlots; ++slot)

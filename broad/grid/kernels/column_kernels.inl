@@ -4,6 +4,7 @@
 // Body of the column kernels; each including source is compiled for another instruction set. Only comparisons and
 // single subtractions are computed, so every width finds the same pairs.
 #include "cullet/base/exclusive_sum.h"
+#include "cullet/base/vector16.h"
 #include "cullet/broad/grid/columns/cell_bounds.h"
 #include "cullet/broad/grid/columns/column_soa.h"
 
@@ -11,7 +12,7 @@
 #include <cstring>
 #include <limits>
 
-#if defined(__SSE2__)
+#if defined(__AVX__)
 #include <immintrin.h>
 #endif
 

@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 #include "cullet/plugin/solver/row_kernels.h"
+#include "cullet/tests/support/number_hash.h"
 
 #include <BulletCollision/NarrowPhaseCollision/btManifoldPoint.h>
 #include <gtest/gtest.h>
@@ -282,6 +283,38 @@ TEST(RowKernels, GiveSameBitsWithEachInstructionSet)
             expectSameResults(baseline, same);
         }
     }
+}
+
+template <class T>
+void addNumbers(test::NumberHash& hash, const std::vector<T>& structures)
+{
+    static_assert(sizeof(T) % sizeof(btScalar) == 0);
+    btScalar number;
+    const char* const bytes = reinterpret_cast<const char*>(structures.data());
+    for (std::size_t at = 0; at < structures.size() * sizeof(T); at += sizeof(number))
+    {
+        std::memcpy(&number, bytes + at, sizeof(number));
+        hash.add(number);
+    }
+}
+
+/// Processors whose kernels have no others beside them are compared with this one.
+TEST(RowKernels, GiveRecordedBitsOnEveryMachine)
+{
+    test::NumberHash hash;
+    for (unsigned seed = 1; seed <= 200; ++seed)
+    {
+        Sample sample(seed);
+        sample.solve(rowKernels());
+        addNumbers(hash, sample.contactRows);
+        addNumbers(hash, sample.jointRows);
+        addNumbers(hash, sample.pushes);
+        addNumbers(hash, sample.motions);
+        addNumbers(hash, sample.moved);
+        addNumbers(hash, sample.residuals);
+    }
+    const std::uint64_t recorded = sizeof(btScalar) == 4 ? 0xa40792201e4459f3u : 0xb76797a9abb68550u;
+    EXPECT_EQ(hash.value(), recorded) << std::hex << "0x" << hash.value() << "u";
 }
 
 TEST(RowKernels, ChangeVelocitiesWithoutNaN)
