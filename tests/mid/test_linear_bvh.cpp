@@ -25,16 +25,6 @@ PsapOptions executorOf(PsapExecutor executor)
     return options;
 }
 
-bool overlap(const MeshBox& a, const MeshBox& b)
-{
-    for (int axis = 0; axis < 3; ++axis)
-    {
-        if (!(a.min[axis] <= b.max[axis] && b.min[axis] <= a.max[axis]))
-            return false;
-    }
-    return true;
-}
-
 ItemPairs pairsByBruteForce(const std::vector<MeshBox>& queries, const std::vector<MeshBox>& boxes)
 {
     ItemPairs pairs;

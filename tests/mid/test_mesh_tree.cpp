@@ -86,16 +86,6 @@ std::optional<Items> itemsOnPath(const MeshTree& tree, const SweptBox& query)
     return items;
 }
 
-bool overlap(const MeshBox& a, const MeshBox& b)
-{
-    for (int axis = 0; axis < 3; ++axis)
-    {
-        if (a.max[axis] < b.min[axis] || b.max[axis] < a.min[axis])
-            return false;
-    }
-    return true;
-}
-
 /// A tree over a mesh of some kind, and the plain loops to compare it with.
 class MeshTreeOfKind : public testing::TestWithParam<std::string>
 {

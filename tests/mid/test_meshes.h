@@ -118,4 +118,15 @@ inline std::optional<double> crossing(const Triangle& triangle, const Point& fro
         return at;
     return std::nullopt;
 }
+
+/// Whether boxes meet; those without a NaN.
+inline bool overlap(const MeshBox& a, const MeshBox& b)
+{
+    for (int axis = 0; axis < 3; ++axis)
+    {
+        if (a.max[axis] < b.min[axis] || b.max[axis] < a.min[axis])
+            return false;
+    }
+    return true;
+}
 }  // namespace cullet::test
