@@ -6,7 +6,7 @@
 #include "cullet/broad/grid/columns/column_soa.h"
 
 #include <cstdint>
-#include <limits>
+#include <optional>
 #include <vector>
 
 namespace cullet
@@ -30,9 +30,12 @@ public:
 
     void clear();
 
-    /// Held pairs whose reference boxes have at most this gap are persistent; NaN, as at first: none.
+    /// Held pairs whose reference boxes have at most this gap are persistent. Before the first call none are.
     void setPersistentGap(float gap) { m_persistentGap = gap; }
-    bool isPersistent(const Aabb& a, const Aabb& b) const { return gapOf(a, b) <= m_persistentGap; }
+    bool isPersistent(const Aabb& a, const Aabb& b) const
+    {
+        return m_persistentGap && gapOf(a, b) <= *m_persistentGap;
+    }
 
     /// Adds a pair; all persistent pairs come first, finish() after the last pair.
     void add(RowPair pair, State state);
@@ -85,7 +88,7 @@ private:
     std::vector<RowPair> m_pairs;
     std::vector<State> m_states;
     std::size_t m_firstChangeable = 0;
-    float m_persistentGap = std::numeric_limits<float>::quiet_NaN();
+    std::optional<float> m_persistentGap;
     std::vector<std::uint32_t> m_offsets;  // [rows + 1] into m_items
     std::vector<std::uint32_t> m_items;    // pair indices, each twice
 };
