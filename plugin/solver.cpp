@@ -266,13 +266,14 @@ GroupReport SolverWithoutState::Parts::tryToSolve(GroupSolver& solver, const Sol
         try
         {
             solver.setUp(group, info, options, with);
+            solver.solve(info, options, with);
         }
         catch (const std::bad_alloc&)
         {
             report.outcome = GroupReport::Outcome::NoMemory;
             return;
         }
-        solver.solve(info, options, with);
+        solver.writeBack(info, with);
         report = solver.report();
     };
     with.runRegion(workOf(group, info), solve);

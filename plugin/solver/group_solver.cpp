@@ -85,16 +85,17 @@ void GroupSolver::setUp(const SolverGroup& group, const btContactSolverInfo& inf
 void GroupSolver::solve(const btContactSolverInfo& info, const SolverOptions& options, ParallelLoops& loops)
 {
     if (m_step.isSoft)
-    {
-        takeSubsteps(info, options, loops);
+        return takeSubsteps(info, options, loops);
+    pushApart(info);
+    iterate(info, loops);
+}
+
+void GroupSolver::writeBack(const btContactSolverInfo& info, ParallelLoops& loops)
+{
+    if (m_step.isSoft)
         m_bodies.writeBackMoved(info, loops);
-    }
     else
-    {
-        pushApart(info);
-        iterate(info, loops);
         m_bodies.writeBack(info, loops);
-    }
     if (hasMode(info, SOLVER_USE_WARMSTARTING))
         m_contacts.writeBack(m_step, loops);
     m_joints.writeBack(m_step, info);

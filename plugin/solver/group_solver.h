@@ -54,14 +54,17 @@ struct GroupReport
 class GroupSolver
 {
 public:
-    /// Reads a group and computes its rows. Throws std::bad_alloc, before any velocity has changed.
+    /// Reads a group and computes its rows. Throws std::bad_alloc.
     ///
-    /// @param loops whose threads share the group's blocks, here and in solve()
+    /// @param loops whose threads share the group's blocks, here and in the next two
     void setUp(const SolverGroup& group, const btContactSolverInfo& info, const SolverOptions& options,
                ParallelLoops& loops);
 
-    /// Solves what setUp() read, and changes bodies, points and joints.
+    /// Solves what setUp() read, and changes neither bodies nor points nor joints. Throws std::bad_alloc.
     void solve(const btContactSolverInfo& info, const SolverOptions& options, ParallelLoops& loops);
+
+    /// Gives bodies, points and joints what solve() found. Allocates nothing.
+    void writeBack(const btContactSolverInfo& info, ParallelLoops& loops);
 
     /// Of the last group.
     GroupReport report() const;
