@@ -95,7 +95,7 @@ int contactsOf(MeshBench& pair, const btTransform& at)
 
 TEST_F(MeshEdits, AreSeenWhenHeightsOfAFieldChangeInPlace)
 {
-    std::vector<btScalar> heights(kSide * kSide, btScalar(0));
+    std::vector<float> heights(kSide * kSide, 0.0f);
     btHeightfieldTerrainShape field(kSide, kSide, heights.data(), btScalar(-2), btScalar(2), 1, false);
     MeshBench pair(Loop::Ours, box, field);
     EXPECT_EQ(contactsOf(pair, above(0.0)), 4);
@@ -103,11 +103,11 @@ TEST_F(MeshEdits, AreSeenWhenHeightsOfAFieldChangeInPlace)
     for (const int x : {kSide / 2, kSide / 2 + 1})
     {
         for (const int z : {kSide / 2, kSide / 2 + 1})
-            heights[static_cast<std::size_t>(z * kSide + x)] = btScalar(0.3);
+            heights[static_cast<std::size_t>(z * kSide + x)] = 0.3f;
     }
     EXPECT_EQ(contactsOf(pair, above(0.3)), 4);
-    for (btScalar& height : heights)
-        height = btScalar(-1);
+    for (float& height : heights)
+        height = -1;
     EXPECT_EQ(contactsOf(pair, above(0.0)), 0);
 }
 

@@ -241,14 +241,14 @@ TEST_F(ReuseMesh, NeedsNoTrianglesOfAPreparedMesh)
 
 TEST_F(ReuseMesh, SeesRaisedSamplesOfAHeightField)
 {
-    std::vector<btScalar> heights(11 * 11, btScalar(0));  // Bullet reads PHY_FLOAT as btScalar
-    btHeightfieldTerrainShape field(11, 11, heights.data(), 1, -2, 2, 1, PHY_FLOAT, false);
+    std::vector<float> heights(11 * 11, 0.0f);
+    btHeightfieldTerrainShape field(11, 11, heights.data(), btScalar(-2), btScalar(2), 1, false);
     for (const auto& body : bodies)
     {
         SCOPED_TRACE(body->getName());
         MeshBench pair(Loop::Ours, *body, field, false, keepingMeshes());
         settle(pair, resting);
-        heights[5 * 11 + 5] = btScalar(0.02);
+        heights[5 * 11 + 5] = 0.02f;
         EXPECT_TRUE(isComputedAgain(pair, resting));
         heights[5 * 11 + 5] = 0;
     }
