@@ -163,7 +163,7 @@ std::vector<NamedOptions> searches()
 {
     std::vector<NamedOptions> all = allVariants();
     all.push_back({"Near", keepingNear()});
-    PsapOptions timed;
+    SearchOptions timed;
     timed.timeStages = true;
     all.push_back({"TimedStages", timed});
     return all;
