@@ -21,7 +21,7 @@ inline namespace CULLET_PRECISION
 namespace
 {
 /// Bodies per task.
-constexpr std::size_t kGrain = 256;
+constexpr int kGrain = 256;
 
 /// Nanoseconds per body.
 constexpr double kCostOfForce = 5, kCostOfThreshold = 5, kCostOfActivation = 10;
@@ -84,22 +84,23 @@ struct WorldBodies::Parts
     template <class Prefetch, class Body>
     void forEach(Bodies& bodies, double cost, const Prefetch& prefetch, const Body& body)
     {
-        const auto count = static_cast<std::size_t>(bodies.size());
+        const int count = bodies.size();
         if (count == 0)
             return;
         btRigidBody** const first = &bodies[0];
         const auto runTask = [&](unsigned task)
         {
-            constexpr std::size_t kAhead{kPrefetchDistance};
-            const std::size_t end = std::min(count, (task + 1) * kGrain);
-            for (std::size_t i = task * kGrain; i < end; ++i)
+            constexpr int kAhead{kPrefetchDistance};
+            const int begin = static_cast<int>(task) * kGrain;
+            const int end = std::min(count, begin + kGrain);
+            for (int i = begin; i < end; ++i)
             {
                 if (i + kAhead < count)
                     prefetch(first[i + kAhead]);
                 body(first[i]);
             }
         };
-        const auto tasks = static_cast<unsigned>((count + kGrain - 1) / kGrain);
+        const unsigned tasks = static_cast<unsigned>(count - 1) / kGrain + 1;
         if (isReady())
         {
             workers->runRegion(cost * double(count), [&] { workers->run(tasks, runTask); });
@@ -206,6 +207,16 @@ void WorldBodies::predictMotion(Bodies& bodies, btScalar timeStep)
 /// Whether Bullet may sweep some body; sets the hit fractions of all of them.
 bool WorldBodies::Parts::hasThreshold(Bodies& bodies)
 {
+    if (areFew(bodies))
+    {
+        bool hasAny = false;
+        for (int i = 0; i < bodies.size(); ++i)
+        {
+            bodies[i]->setHitFraction(1);
+            hasAny = hasAny || bodies[i]->getCcdSquareMotionThreshold() != btScalar(0);
+        }
+        return hasAny;
+    }
     std::atomic<bool> hasAny{false};
     forEach(bodies, kCostOfThreshold, prefetchStateAndThreshold,
             [&hasAny](btRigidBody* body)

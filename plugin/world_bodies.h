@@ -60,6 +60,12 @@ public:
     /// @param threads 0: as many as the machine has
     void setThreads(int threads);
 
+    /// With as many bodies at most, World calls the loops of its Base: they are as fast, and have the same bits. Tests
+    /// lower it for the whole program, between steps.
+    static inline int fewBodies = 256;
+
+    static bool areFew(const Bodies& bodies) { return bodies.size() <= fewBodies; }
+
     /// As btDiscreteDynamicsWorld::saveKinematicState(), on the calling thread.
     ///
     /// @param restless indices of the objects that are not at rest (WorldRest); null: any may be

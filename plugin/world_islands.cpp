@@ -67,6 +67,9 @@ bool hasForeignJoint(const WorldIslands::Joints& joints)
 /// The solver, if it is one of cullet's that takes all groups of a step.
 SolverWithoutState* ownSolver(btConstraintSolver& solver)
 {
+    // The comparison with one class spares the search for a base.
+    if (isExactly<btSequentialImpulseConstraintSolver>(solver))
+        return nullptr;
     auto* const own = dynamicCast<SolverWithoutState>(&solver);
     return own != nullptr && own->takesTasks() ? own : nullptr;
 }
@@ -74,6 +77,15 @@ SolverWithoutState* ownSolver(btConstraintSolver& solver)
 bool hasForeignRows(btConstraintSolver& solver, const btContactSolverInfo& info)
 {
     return !WorkerSolver::hasBulletsRows(static_cast<btSequentialImpulseConstraintSolver&>(solver), info);
+}
+
+/// Whether not even all islands together are worth a second thread.
+bool isLittleWork(const WorldIslands::Step& step)
+{
+    const auto bodies = static_cast<std::size_t>(step.manager.getUnionFind().getNumElements());
+    const auto manifolds = static_cast<std::size_t>(step.world.getDispatcher()->getNumManifolds());
+    return IslandTasks::workOf(bodies, manifolds, static_cast<std::size_t>(step.joints.size()),
+                               step.info.m_numIterations) < 2 * ParallelLoops::workPerThread;
 }
 
 bool hasForeignRounding(const btContactSolverInfo& info)
@@ -194,7 +206,9 @@ SerialIslands WorldIslands::Parts::reasonAgainst(const Step& step) const
         return SerialIslands::ForeignRounding;
     if (!hasThreadSafeProfiler && btGetCurrentEnterProfileZoneFunc() != btEnterProfileZoneDefault)
         return SerialIslands::Profiler;
-    return hasForeignJoint(step.joints) ? SerialIslands::ForeignJoint : SerialIslands::No;
+    if (hasForeignJoint(step.joints))
+        return SerialIslands::ForeignJoint;
+    return isLittleWork(step) ? SerialIslands::LittleWork : SerialIslands::No;
 }
 
 /// Finds and solves one group after the other, since code of the application may run in between.

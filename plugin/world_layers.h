@@ -179,7 +179,8 @@ public:
 protected:
     void calculateSimulationIslands() override
     {
-        const bool isQuiet = Next::kDetectsAsBullet && this->isWorldItself();
+        const bool isQuiet =
+            Next::kDetectsAsBullet && this->stepParts().rest.isKnown() && this->isWorldItself();
         if (!isQuiet)
             this->stepParts().rest.forget();
         if (!this->stepParts().islands.find(*this, *this->m_islandManager, this->m_predictiveManifolds,
@@ -194,7 +195,13 @@ class ApplyingGravity : public Next
 {
 public:
     using Next::Next;
-    void applyGravity() override { this->stepParts().bodies.applyGravity(this->m_nonStaticRigidBodies); }
+    void applyGravity() override
+    {
+        if (WorldBodies::areFew(this->m_nonStaticRigidBodies))
+            Next::applyGravity();
+        else
+            this->stepParts().bodies.applyGravity(this->m_nonStaticRigidBodies);
+    }
 };
 
 template <class Next>
@@ -206,7 +213,10 @@ public:
     {
         // The end of a step, also of one without an inner one.
         this->stepParts().rest.forget();
-        this->stepParts().bodies.clearForces(this->m_nonStaticRigidBodies);
+        if (WorldBodies::areFew(this->m_nonStaticRigidBodies))
+            Next::clearForces();
+        else
+            this->stepParts().bodies.clearForces(this->m_nonStaticRigidBodies);
     }
 };
 
@@ -219,8 +229,8 @@ public:
 protected:
     void saveKinematicState(btScalar timeStep) override
     {
-        const bool isQuiet =
-            Next::kStartsAsBullet && this->m_internalPreTickCallback == nullptr && this->isWorldItself();
+        const bool isQuiet = Next::kStartsAsBullet && WorldRest::serves(*this) &&
+                             this->m_internalPreTickCallback == nullptr && this->isWorldItself();
         const WorldRest::Indices* const restless = this->stepParts().rest.begin(*this, isQuiet);
         if (this->stepParts().bodies.saveKinematicState(this->m_collisionObjects, timeStep, restless))
             this->stepParts().rest.forget();
@@ -236,7 +246,10 @@ public:
 protected:
     void predictUnconstraintMotion(btScalar timeStep) override
     {
-        this->stepParts().bodies.predictMotion(this->m_nonStaticRigidBodies, timeStep);
+        if (WorldBodies::areFew(this->m_nonStaticRigidBodies))
+            Next::predictUnconstraintMotion(timeStep);
+        else
+            this->stepParts().bodies.predictMotion(this->m_nonStaticRigidBodies, timeStep);
     }
 };
 
@@ -278,9 +291,9 @@ public:
 protected:
     void integrateTransforms(btScalar timeStep) override
     {
-        if (this->m_applySpeculativeContactRestitution)
+        // Bullet's function applies the restitution after the loop.
+        if (this->m_applySpeculativeContactRestitution || WorldBodies::areFew(this->m_nonStaticRigidBodies))
         {
-            // Bullet's function applies it after the loop.
             Next::integrateTransforms(timeStep);
             return;
         }
@@ -300,7 +313,8 @@ public:
 protected:
     void updateActivationState(btScalar timeStep) override
     {
-        if (!this->stepParts().bodies.updateActivation(this->m_nonStaticRigidBodies, timeStep))
+        if (WorldBodies::areFew(this->m_nonStaticRigidBodies) ||
+            !this->stepParts().bodies.updateActivation(this->m_nonStaticRigidBodies, timeStep))
             Next::updateActivationState(timeStep);
     }
 };

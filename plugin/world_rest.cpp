@@ -123,6 +123,16 @@ const WorldRestStats& WorldRest::stats() const
     return m->stats;
 }
 
+bool WorldRest::isKnown() const
+{
+    return m->known != Parts::Known::No;
+}
+
+bool WorldRest::serves(const btCollisionWorld& world)
+{
+    return static_cast<std::size_t>(world.getNumCollisionObjects()) >= 2 * WorldBoxes::kGrain;
+}
+
 void WorldRest::forget()
 {
     m->known = Parts::Known::No;
@@ -199,7 +209,7 @@ bool WorldRest::Parts::find(btCollisionWorld& world)
 {
     objects = static_cast<std::size_t>(world.getNumCollisionObjects());
     stats.restingObjects = stats.restingBoxes = 0;
-    if (objects < 2 * WorldBoxes::kGrain || !keepsEqualBoxes(world))
+    if (!serves(world) || !keepsEqualBoxes(world))
         return false;
     try
     {

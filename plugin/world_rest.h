@@ -66,6 +66,12 @@ public:
     /// Whether a world is exactly of a class. False if its own was compiled without RTTI.
     static bool isOfClass(const btCollisionWorld& world, const std::type_info* type);
 
+    /// Whether a world has enough objects for a search.
+    static bool serves(const btCollisionWorld& world);
+
+    /// Whether the last search may still be true.
+    bool isKnown() const;
+
     /// Code of the application runs, or has run.
     void forget();
 

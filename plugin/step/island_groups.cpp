@@ -124,15 +124,17 @@ void IslandGroups::sortJoints(Joints& joints)
 /// Lets an island sleep if no body of it is active, or wakes all of its bodies.
 void IslandGroups::updateSleep(btCollisionWorld& world)
 {
-    btUnionFind& elements = m_manager->getUnionFind();
-    const int count = elements.getNumElements();
-    const auto objectAt = [&](int element)
-    { return world.getCollisionObjectArray()[elements.getElement(element).m_sz]; };
+    const int count = m_manager->getUnionFind().getNumElements();
+    if (count == 0)
+        return;
+    const btElement* const elements = &m_manager->getUnionFind().getElement(0);
+    btCollisionObject* const* const objects = &world.getCollisionObjectArray()[0];
+    const auto objectAt = [=](int element) { return objects[elements[element].m_sz]; };
     for (int begin = 0, end = 0; begin < count; begin = end)
     {
-        const int island = elements.getElement(begin).m_id;
+        const int island = elements[begin].m_id;
         bool isSleeping = true;
-        for (end = begin; end < count && elements.getElement(end).m_id == island; ++end)
+        for (end = begin; end < count && elements[end].m_id == island; ++end)
         {
             if (end + kPrefetchDistance < count)
                 prefetchState(objectAt(end + kPrefetchDistance));
@@ -256,18 +258,19 @@ bool IslandGroups::next(IslandGroup& group)
 /// Adds the bodies of the next island to the group, unless none of them is active.
 bool IslandGroups::addBodies(int island)
 {
-    btUnionFind& elements = m_manager->getUnionFind();
-    const std::size_t first = m_bodies.size();
+    const int count = m_manager->getUnionFind().getNumElements();
+    const btElement* const elements = &m_manager->getUnionFind().getElement(0);
+    btCollisionObject* const* const objects = &(*m_objects)[0];
+    int end = m_element;
     bool isActive = false;
-    for (; m_element < elements.getNumElements() && elements.getElement(m_element).m_id == island;
-         ++m_element)
+    for (; end < count && elements[end].m_id == island; ++end)
+        isActive = isActive || objects[elements[end].m_sz]->isActive();
+    if (isActive)
     {
-        btCollisionObject* object = (*m_objects)[elements.getElement(m_element).m_sz];
-        m_bodies.push_back(object);
-        isActive = isActive || object->isActive();
+        for (int i = m_element; i < end; ++i)
+            m_bodies.push_back(objects[elements[i].m_sz]);
     }
-    if (!isActive)
-        m_bodies.resize(first);
+    m_element = end;
     return isActive;
 }
 

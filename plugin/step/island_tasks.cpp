@@ -19,14 +19,14 @@ constexpr double kLeastWork = 2e4;
 constexpr double kCostOfBody = 150;
 constexpr double kCostOfManifold = 700, kCostOfManifoldIteration = 100;
 constexpr double kCostOfJoint = 1000, kCostOfJointIteration = 120;
-
-double workOf(const IslandGroup& group, int iterations)
-{
-    return kCostOfBody * group.bodies.size() +
-           (kCostOfManifold + kCostOfManifoldIteration * iterations) * group.manifolds.size() +
-           (kCostOfJoint + kCostOfJointIteration * iterations) * group.joints.size();
-}
 }  // namespace
+
+double IslandTasks::workOf(std::size_t bodies, std::size_t manifolds, std::size_t joints, int iterations)
+{
+    return kCostOfBody * double(bodies) +
+           (kCostOfManifold + kCostOfManifoldIteration * iterations) * double(manifolds) +
+           (kCostOfJoint + kCostOfJointIteration * iterations) * double(joints);
+}
 
 void IslandTasks::reserve(std::size_t groups, std::size_t sharedThings)
 {
@@ -88,7 +88,9 @@ void IslandTasks::addUpWork(const std::vector<IslandGroup>& groups, int iteratio
     m_items.clear();
     for (std::uint32_t group = 0; group < groups.size(); ++group)
     {
-        const double work = workOf(groups[group], iterations);
+        const IslandGroup& counts = groups[group];
+        const double work =
+            workOf(counts.bodies.size(), counts.manifolds.size(), counts.joints.size(), iterations);
         m_workOfRoot[rootOf(group)] += work;
         m_work += work;
         m_items.push_back({0, rootOf(group), group});
