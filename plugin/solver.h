@@ -36,7 +36,7 @@ struct SolverStats
     std::uint32_t contacts = 0;       ///< manifolds with points, of the groups that were not refused
     std::uint32_t joints = 0;         ///< enabled joints with rows
     std::uint32_t serialConstraints =
-        0;  ///< contacts and joints of a body with more than 64 of them, beyond the first 64
+        0;  ///< contacts and joints of a body with more than 64 of them, beyond the first 64: they take one thread
 };
 
 /// The functions of Solver. Its objects have the size of Bullet's class, and a derived class keeps their state.

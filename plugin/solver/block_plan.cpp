@@ -16,7 +16,7 @@ constexpr std::size_t kMany = 512;
 constexpr std::uint32_t kRanges = 512;  ///< of bodies that are near each other
 }  // namespace
 
-void BlockPlan::build(const std::vector<Constraint>& constraints, std::uint32_t bodies)
+void BlockPlan::build(const std::vector<Constraint>& constraints, std::uint32_t bodies, LastBlocks last)
 {
     m_used.assign(bodies, 0);
     m_keys.resize(constraints.size());
@@ -25,7 +25,7 @@ void BlockPlan::build(const std::vector<Constraint>& constraints, std::uint32_t 
     if (constraints.size() >= kMany)
         sortByBody(constraints, bodies);
     sortByColour(constraints.size() >= kMany);
-    cutBlocks();
+    cutBlocks(constraints, last);
 }
 
 std::uint32_t BlockPlan::colourOf(const Constraint& constraint)
@@ -80,7 +80,7 @@ void BlockPlan::sortByColour(bool byBody)
     // Each entry has become the end of its key, which is where the next key begins.
 }
 
-void BlockPlan::cutBlocks()
+void BlockPlan::cutBlocks(const std::vector<Constraint>& constraints, LastBlocks last)
 {
     m_blocks.clear();
     m_colours.clear();
@@ -91,12 +91,75 @@ void BlockPlan::cutBlocks()
         if (begin == end)
             continue;
         const bool isSerial = colour == kColours;
-        const std::uint32_t width = isSerial ? 1 : kBlock;
         const auto firstBlock = static_cast<std::uint32_t>(m_blocks.size());
-        for (; begin < end; begin += m_blocks.back().lanes)
-            m_blocks.push_back({begin, std::min(width, end - begin)});
+        if (isSerial && last == LastBlocks::SharedBody)
+            cutShared(constraints, begin);
+        else
+            cutEqual(begin, end, isSerial ? 1 : kBlock);
         m_colours.push_back({firstBlock, static_cast<std::uint32_t>(m_blocks.size()), isSerial});
+        begin = end;
     }
+}
+
+void BlockPlan::cutEqual(std::uint32_t begin, std::uint32_t end, std::uint32_t width)
+{
+    for (; begin < end; begin += m_blocks.back().lanes)
+        m_blocks.push_back({begin, std::min(width, end - begin), kFixedBody});
+}
+
+/// The one of a constraint's bodies that several lanes may move, the one with more colours if both are; else the fixed one.
+std::uint32_t BlockPlan::sharedBody(const Constraint& constraint) const
+{
+    const auto colours = [&](std::uint32_t body) { return __builtin_popcountll(m_used[body]); };
+    const std::uint32_t a = constraint.sharesA ? constraint.a : kFixedBody;
+    const std::uint32_t b = constraint.sharesB ? constraint.b : kFixedBody;
+    return colours(b) > colours(a) ? b : a;
+}
+
+/// Sorts the constraints from a place in the order on by the body that they share, and cuts them into blocks. Bodies follow
+/// each other as in the order, since their numbers depend on other islands.
+void BlockPlan::cutShared(const std::vector<Constraint>& constraints, std::uint32_t begin)
+{
+    constexpr std::uint32_t kNoTurn = ~std::uint32_t{0};
+    m_last.assign(m_order.begin() + begin, m_order.end());
+    m_turns.assign(m_used.size(), kNoTurn);
+    m_byTurn.clear();
+    std::uint32_t bodies = 0;
+    for (std::uint32_t i = 0; i < m_last.size(); ++i)
+    {
+        std::uint32_t& turn = m_turns[sharedBody(constraints[m_last[i]])];
+        turn = turn == kNoTurn ? bodies++ : turn;
+        m_byTurn.push_back(std::uint64_t{turn} << 32 | i);
+    }
+    std::sort(m_byTurn.begin(), m_byTurn.end());
+    for (std::uint32_t i = 0; i < m_last.size(); ++i)
+    {
+        const std::uint32_t index = m_last[static_cast<std::uint32_t>(m_byTurn[i])];
+        m_order[begin + i] = index;
+        const std::uint32_t shared = sharedBody(constraints[index]);
+        if (i == 0 || !fitsLastBlock(constraints, constraints[index], shared))
+            m_blocks.push_back({begin + i, 0, shared});
+        ++m_blocks.back().lanes;
+    }
+    for (std::size_t i = m_blocks.size(); i-- > 0 && m_blocks[i].first >= begin;)
+        m_blocks[i].shared = m_blocks[i].lanes > 1 ? m_blocks[i].shared : kFixedBody;
+}
+
+/// Whether a constraint may join the last block: it shares the same body, and no other lane moves its other one.
+bool BlockPlan::fitsLastBlock(const std::vector<Constraint>& constraints, const Constraint& constraint,
+                              std::uint32_t shared) const
+{
+    const Block& block = m_blocks.back();
+    if (shared == kFixedBody || block.shared != shared || block.lanes == kBlock)
+        return false;
+    const auto otherOf = [shared](const Constraint& of) { return of.a == shared ? of.b : of.a; };
+    for (std::uint32_t lane = 0; lane < block.lanes; ++lane)
+    {
+        if (otherOf(constraint) != kFixedBody &&
+            otherOf(constraint) == otherOf(constraints[m_order[block.first + lane]]))
+            return false;
+    }
+    return true;
 }
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

@@ -15,8 +15,8 @@ inline namespace CULLET_PRECISION
 /// any order, in lanes and on threads, with the same result.
 ///
 /// Each constraint gets the first colour that its bodies do not have yet, in the order of the constraints. Those of a
-/// body with more than kColours come last, one after the other, in that order. If there are many, those of
-/// bodies with near numbers are near each other within a colour.
+/// body with more than kColours come last, one block after the other. If there are many constraints, those of bodies with
+/// near numbers are near each other within a colour.
 class BlockPlan
 {
 public:
@@ -28,20 +28,29 @@ public:
     {
         std::uint32_t a, b;  ///< the bodies that it moves; kFixedBody: none
         std::uint32_t kind;  ///< below kKinds
+        /// Whether a body is so much heavier than the other one that lanes may move parts of it (LastBlocks).
+        bool sharesA = false, sharesB = false;
     };
     struct Block
     {
         std::uint32_t first;  ///< in order()
         std::uint32_t lanes;
+        std::uint32_t shared;  ///< the body that all lanes move, each a part of it; kFixedBody: none
     };
     struct Colour
     {
         std::uint32_t begin, end;  ///< of blocks()
-        bool isSerial;             ///< blocks of one lane that must be solved one after the other
+        bool isSerial;             ///< its blocks must be solved one after the other
+    };
+    /// What the last colour's blocks have.
+    enum class LastBlocks : std::uint8_t
+    {
+        OneLane,
+        SharedBody  ///< several lanes move the same body, and no other one twice
     };
 
     /// @param bodies  number of bodies
-    void build(const std::vector<Constraint>& constraints, std::uint32_t bodies);
+    void build(const std::vector<Constraint>& constraints, std::uint32_t bodies, LastBlocks last);
 
     /// Indices of the constraints, block by block.
     const std::vector<std::uint32_t>& order() const { return m_order; }
@@ -53,16 +62,24 @@ public:
     {
         return m_colours.empty() || !m_colours.back().isSerial
                    ? 0
-                   : m_colours.back().end - m_colours.back().begin;
+                   : static_cast<std::uint32_t>(m_order.size()) - m_blocks[m_colours.back().begin].first;
     }
 
 private:
+    std::uint32_t sharedBody(const Constraint& constraint) const;
+    bool fitsLastBlock(const std::vector<Constraint>& constraints, const Constraint& constraint,
+                       std::uint32_t shared) const;
+    void cutEqual(std::uint32_t begin, std::uint32_t end, std::uint32_t width);
+    void cutShared(const std::vector<Constraint>& constraints, std::uint32_t begin);
     std::uint32_t colourOf(const Constraint& constraint);
     void sortByBody(const std::vector<Constraint>& constraints, std::uint32_t bodies);
     void sortByColour(bool byBody);
-    void cutBlocks();
+    void cutBlocks(const std::vector<Constraint>& constraints, LastBlocks last);
 
     std::vector<std::uint64_t> m_used;    ///< [body], a bit for each of its colours
+    std::vector<std::uint32_t> m_last;    ///< constraints of the last colour
+    std::vector<std::uint32_t> m_turns;   ///< [body that is shared] its turn in the last colour
+    std::vector<std::uint64_t> m_byTurn;  ///< of the last colour: the turn, and the place in m_last
     std::vector<std::uint32_t> m_keys;    ///< [constraint], kKinds * colour + kind
     std::vector<std::uint32_t> m_byBody;  ///< constraints, roughly in the order of their bodies
     std::vector<std::uint32_t> m_order;

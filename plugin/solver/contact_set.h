@@ -63,7 +63,19 @@ public:
 
 private:
     void layOut(const SolverStep& step, const SolverBodies& bodies, ParallelLoops& loops);
-    void fillBlock(const SolverBodies& bodies, const BlockPlan::Block& planned, ContactBlock& block) const;
+    /// A block whose lanes move a body each by a part of its own.
+    struct SharedBody
+    {
+        std::uint32_t number, firstPart;
+    };
+
+    void splitBodies(SolverBodies& bodies);
+    void fillBlock(const SolverBodies& bodies, std::uint32_t index, ContactBlock& block) const;
+    void spreadShared(std::uint32_t block, SolverMotion* motions) const;
+    template <class Visit>
+    void forEachBlock(const BlockRange& range, SolverMotion* motions, const Visit& visit) const;
+    template <class Solve>
+    void forBlocks(const BlockRange& range, SolverMotion* motions, const Solve& solve) const;
     void setUpBlock(const SolverStep& step, const btContactSolverInfo& info, SolverBodies& bodies,
                     std::uint32_t index);
     void readAhead(const ContactBlock& block) const;
@@ -73,6 +85,8 @@ private:
     std::vector<BlockPlan::Constraint> m_constraints;
     BlockPlan m_plan;
     std::vector<ContactBlock> m_blocks;
+    std::uint32_t m_firstShared = 0;         ///< first block with a body that lanes share, if any
+    std::vector<SharedBody> m_sharedBodies;  ///< [block - m_firstShared]
     RowStorage<RowBlock> m_rows;
     RowStorage<PushBlock> m_pushes;
     std::uint32_t m_pushCount = 0;

@@ -47,7 +47,8 @@ struct GroupReport
     btScalar residual =
         -1;  ///< the largest change of a velocity in the last iteration, squared; -1: not asked for
     std::uint32_t contacts = 0, joints = 0;
-    std::uint32_t serialConstraints = 0;  ///< those that no other one of their colour can run beside
+    std::uint32_t serialConstraints =
+        0;  ///< those of the colours whose blocks must be solved one after the other
 };
 
 /// Solves groups, one at a time, with memory that it keeps.

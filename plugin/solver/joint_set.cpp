@@ -132,7 +132,7 @@ void JointSet::collect(const btContactSolverInfo& info, btTypedConstraint** join
 
 void JointSet::plan(const SolverBodies& bodies)
 {
-    m_plan.build(m_constraints, bodies.size());
+    m_plan.build(m_constraints, bodies.size(), BlockPlan::LastBlocks::OneLane);
     layOut(bodies);
 }
 

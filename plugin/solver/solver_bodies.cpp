@@ -145,6 +145,7 @@ void SolverBodies::numberByCells()
 void SolverBodies::resize(std::size_t size)
 {
     m_bodies.resize(size);
+    m_split.clear();
     m_isMoved.resize(size);
     m_isAnisotropic.assign(size, 0);
     m_isBound.assign(size, 0);
@@ -204,11 +205,17 @@ void SolverBodies::set(std::uint32_t number, btRigidBody& body, std::uint32_t lo
         body.setCompanionId(static_cast<int>(number));
 }
 
+btScalar SolverBodies::inverseMass(std::uint32_t number) const
+{
+    return isMoved(number) ? m_bodies[number]->getInvMass() : btScalar(0);
+}
+
 void SolverBodies::readStates(const btContactSolverInfo& info, ParallelLoops& loops)
 {
-    m_states.resize(size());
-    m_motions.resize(size());
-    m_pushes.resize(size());
+    const std::size_t withParts = size() + m_split.size() * kBlock;
+    m_states.resize(withParts);
+    m_motions.resize(withParts);
+    m_pushes.resize(withParts);
     m_missing.resize(size());
     m_states[kFixedBody] = {};
     m_motions[kFixedBody] = m_pushes[kFixedBody] = {};
@@ -220,6 +227,54 @@ void SolverBodies::readStates(const btContactSolverInfo& info, ParallelLoops& lo
                         m_motions[i + 1] = m_pushes[i + 1] = {};
                         readState(info, *m_bodies[i + 1], m_states[i + 1]);
                     });
+    for (std::size_t i = 0; i < m_split.size(); ++i)
+        std::fill_n(m_states.begin() + std::ptrdiff_t(size() + i * kBlock), kBlock,
+                    partOf(m_states[m_split[i]]));
+}
+
+std::uint32_t SolverBodies::split(std::uint32_t number)
+{
+    const auto known = std::find(m_split.begin(), m_split.end(), number);
+    const auto place = static_cast<std::uint32_t>(known - m_split.begin());
+    if (known == m_split.end())
+        m_split.push_back(number);
+    return size() + place * kBlock;
+}
+
+SolverBodyState SolverBodies::partOf(SolverBodyState state)
+{
+    for (btScalar* const inverse :
+         {&state.inverseMassX, &state.inverseMassY, &state.inverseMassZ, &state.inverseMass, &state.inertiaXX,
+          &state.inertiaXY, &state.inertiaXZ, &state.inertiaYY, &state.inertiaYZ, &state.inertiaZZ})
+        *inverse *= kBlock;
+    return state;
+}
+
+void SolverBodies::spread(std::uint32_t number, std::uint32_t firstPart, SolverMotion* motions)
+{
+    std::fill_n(motions + firstPart, kBlock, motions[number]);
+}
+
+void SolverBodies::merge(std::uint32_t number, std::uint32_t firstPart, SolverMotion* motions)
+{
+    // Sums of two, so that the mean of equal numbers is the same number.
+    const auto meanOf = [&](const auto& component)
+    {
+        btScalar sums[kBlock];
+        for (int part = 0; part < kBlock; ++part)
+            sums[part] = component(motions[firstPart + unsigned(part)]);
+        for (int half = kBlock / 2; half > 0; half /= 2)
+        {
+            for (int i = 0; i < half; ++i)
+                sums[i] += sums[i + half];
+        }
+        return sums[0] / kBlock;
+    };
+    for (int k = 0; k < 3; ++k)
+    {
+        motions[number].linear[k] = meanOf([k](const SolverMotion& motion) { return motion.linear[k]; });
+        motions[number].angular[k] = meanOf([k](const SolverMotion& motion) { return motion.angular[k]; });
+    }
 }
 
 void SolverBodies::readState(const btContactSolverInfo& info, btRigidBody& body, SolverBodyState& state)

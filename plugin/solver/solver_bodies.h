@@ -35,6 +35,18 @@ public:
     /// The number of an object; adds it if it is new.
     std::uint32_t add(btCollisionObject& object);
 
+    /// Divides a body into kBlock parts of equal mass, by which as many rows can move it at once ("Mass splitting for
+    /// jitter-free parallel rigid body simulation", Tonge et al. 2012). After all bodies are known, before their states are.
+    ///
+    /// @return the number of the first part; the others follow
+    std::uint32_t split(std::uint32_t number);
+    /// Gives the parts of a body its motion.
+    ///
+    /// @param motions motions() or pushes()
+    static void spread(std::uint32_t number, std::uint32_t firstPart, SolverMotion* motions);
+    /// Gives a body the mean motion of its parts, which has their momentum.
+    static void merge(std::uint32_t number, std::uint32_t firstPart, SolverMotion* motions);
+
     /// Computes the states, when all bodies are known.
     void readStates(const btContactSolverInfo& info, ParallelLoops& loops);
 
@@ -67,6 +79,8 @@ public:
     std::uint32_t localId(std::uint32_t number) const { return m_localIds[number]; }
     /// Whether rows may change a body, which is not so for kinematic ones.
     bool isMoved(std::uint32_t number) const { return m_isMoved[number] != 0; }
+
+    btScalar inverseMass(std::uint32_t number) const;
 
     bool isAnisotropic(std::uint32_t number) const { return m_isAnisotropic[number] != 0; }
 
@@ -115,6 +129,7 @@ private:
     void numberByCells();
     void resize(std::size_t size);
     void set(std::uint32_t number, btRigidBody& body, std::uint32_t localId);
+    static SolverBodyState partOf(SolverBodyState state);
     static void readState(const btContactSolverInfo& info, btRigidBody& body, SolverBodyState& state);
     void writeBack(const btContactSolverInfo& info, std::uint32_t number) const;
     void writeBackMoved(const btContactSolverInfo& info, std::uint32_t number) const;
@@ -129,9 +144,10 @@ private:
     std::vector<std::uint8_t> m_isBound;            ///< [number] whether the body has rows
     std::vector<std::uint32_t> m_localIds;          ///< [number]
     std::vector<std::uint32_t> m_kinematic;         ///< numbers of kinematic bodies
-    std::vector<SolverBodyState> m_states;          ///< [number]
+    std::vector<std::uint32_t> m_split;             ///< numbers of bodies that have parts
+    std::vector<SolverBodyState> m_states;          ///< [number], those of parts last
     std::vector<MissingWay> m_missing;              ///< [number] in a soft step
-    std::vector<SolverMotion> m_motions, m_pushes;  ///< [number]
+    std::vector<SolverMotion> m_motions, m_pushes;  ///< [number], those of parts last
 };
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

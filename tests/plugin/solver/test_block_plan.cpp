@@ -16,6 +16,7 @@ namespace cullet
 namespace
 {
 using Constraint = BlockPlan::Constraint;
+using LastBlocks = BlockPlan::LastBlocks;
 
 std::vector<Constraint> randomConstraints(std::mt19937& random, std::uint32_t bodies, std::size_t count)
 {
@@ -73,7 +74,7 @@ TEST(BlockPlan, MovesNoBodyTwiceInColour)
         std::mt19937 random(seed);
         const std::vector<Constraint> constraints = randomConstraints(random, 60, 400);
         BlockPlan plan;
-        plan.build(constraints, 60);
+        plan.build(constraints, 60, LastBlocks::OneLane);
         expectNoSharedBody(plan, constraints);
     }
 }
@@ -83,7 +84,7 @@ TEST(BlockPlan, ContainsEachConstraintOnce)
     std::mt19937 random(7);
     const std::vector<Constraint> constraints = randomConstraints(random, 30, 1000);
     BlockPlan plan;
-    plan.build(constraints, 30);
+    plan.build(constraints, 30, LastBlocks::SharedBody);
     // Bodies have more contacts than there are colours.
     ASSERT_GT(plan.serialConstraints(), 0u);
     std::vector<std::uint32_t> seen;
@@ -102,6 +103,41 @@ TEST(BlockPlan, ContainsEachConstraintOnce)
         EXPECT_EQ(seen[i], i);
 }
 
+TEST(BlockPlan, SharesBodiesOfManyConstraintsInBlocksThatMoveNoOtherBodyTwice)
+{
+    constexpr std::uint32_t kCrowded = 2, kBodies = 400;
+    std::mt19937 random(5);
+    std::vector<Constraint> constraints;
+    for (std::uint32_t i = 0; i < 2000; ++i)
+    {
+        const std::uint32_t crowded = 1 + i % kCrowded,
+                            other = 3 + static_cast<std::uint32_t>(random() % (kBodies - 3));
+        constraints.push_back(i % 3 == 0 ? Constraint{other, crowded, 0, false, true}
+                                         : Constraint{crowded, other, 0, i % 97 != 0, false});
+    }
+    BlockPlan plan;
+    plan.build(constraints, kBodies, LastBlocks::SharedBody);
+    ASSERT_TRUE(plan.colours().back().isSerial);
+    EXPECT_GT(plan.serialConstraints(), 1500u);
+    std::uint32_t blocks = 0, constraintsOfBlocks = 0;
+    for (std::uint32_t i = plan.colours().back().begin; i < plan.colours().back().end; ++i)
+    {
+        const BlockPlan::Block& block = plan.blocks()[i];
+        const std::vector<std::uint32_t> moved = movedBy(plan, constraints, block);
+        EXPECT_EQ(block.lanes > 1, block.shared != kFixedBody);
+        for (const std::uint32_t body : moved)
+        {
+            const auto times = static_cast<std::uint32_t>(std::count(moved.begin(), moved.end(), body));
+            EXPECT_EQ(times, body == block.shared ? block.lanes : 1u);
+        }
+        ++blocks;
+        constraintsOfBlocks += block.lanes;
+    }
+    EXPECT_EQ(constraintsOfBlocks, plan.serialConstraints());
+    // Some constraints do not allow it, and some blocks end early, since the next constraint moves a body that is there already.
+    EXPECT_LT(blocks, constraintsOfBlocks / 5);
+}
+
 TEST(BlockPlan, GivesIslandsTheColoursThatTheyHaveAlone)
 {
     std::mt19937 random(3);
@@ -114,8 +150,8 @@ TEST(BlockPlan, GivesIslandsTheColoursThatTheyHaveAlone)
         both.push_back(constraint);
     }
     BlockPlan alone, together;
-    alone.build(island, 20);
-    together.build(both, 40);
+    alone.build(island, 20, LastBlocks::OneLane);
+    together.build(both, 40, LastBlocks::OneLane);
     const auto colourOf = [](const BlockPlan& plan, std::uint32_t constraint)
     {
         const auto place =
@@ -135,7 +171,7 @@ TEST(BlockPlan, GivesIslandsTheColoursThatTheyHaveAlone)
 TEST(BlockPlan, HasNoBlocksWithoutConstraints)
 {
     BlockPlan plan;
-    plan.build({}, 1);
+    plan.build({}, 1, LastBlocks::SharedBody);
     EXPECT_TRUE(plan.blocks().empty());
     EXPECT_TRUE(plan.colours().empty());
     EXPECT_EQ(plan.serialConstraints(), 0u);

@@ -83,6 +83,76 @@ Measures fallOfStack(SolverScene& scene, const std::vector<double>& masses)
     return {notLess("steps", steps, 0.15 * steps)};
 }
 
+/// Boxes that fall on a plate which moves: more contacts of a body than there are colours.
+void crowd(SolverScene& scene, double massOfPlate, int side)
+{
+    btBoxShape& cube = scene.box(0.5, 0.5, 0.5);
+    scene.add(scene.box(0.6 * side, 0.5, 0.6 * side), massOfPlate, vec(0, 0.5, 0));
+    for (int i = 0; i < side * side; ++i)
+        scene.add(cube, 1,
+                  vec(1.1 * (i % side - 0.5 * side), 1.5 + 0.1 * (i * 3 % 5), 1.1 * (i / side - 0.5 * side)));
+    for (const auto& body : scene.bodies())
+        body->setActivationState(DISABLE_DEACTIVATION);
+}
+
+TEST(SolverStructures, KeepPlatesUnderManyBoxesNoWorseThanStock)
+{
+    for (const double mass : {100, 1000})
+    {
+        const auto plate = [mass](SolverScene& scene)
+        {
+            const btRigidBody& floor = scene.addFloor();
+            crowd(scene, mass, 20);
+            scene.step(120);
+            constexpr int kSteps = 100;
+            double sunk = 0, depth = 0, energy = 0, impulse = 0;
+            for (int i = 0; i < kSteps; ++i)
+            {
+                scene.step();
+                sunk += std::abs(0.5 - heightOfBody(*scene.bodies()[1])) / kSteps;
+                depth += scene.meanDepth() / kSteps;
+                energy += scene.kineticEnergy() / 401 / kSteps;
+                impulse += scene.normalImpulse(floor) / kSteps;
+            }
+            const double weight = (400 + mass) * kGravity * scene.dt();
+            EXPECT_NEAR(impulse, weight, 0.02 * weight) << "the floor does not carry all";
+            return Measures{notMore("sunk", sunk, 0.001), notMore("mean depth", depth, 0.0002),
+                            notMore("energy of a body", energy, 0.002)};
+        };
+        expectAsStock(plate, 3);
+    }
+}
+
+/// Parts of a body that lanes move have its momentum together.
+TEST(SolverStructures, KeepMomentumOfPlatesAndBoxesThatHitThem)
+{
+    for (const Contender contender : {Contender::Bullet, Contender::Soft})
+    {
+        SolverScene scene(contender);
+        crowd(scene, 100, 20);
+        scene.world().setGravity(btVector3(0, 0, 0));
+        scene.enter();
+        for (std::size_t i = 1; i < scene.bodies().size(); ++i)
+        {
+            scene.bodies()[i]->setDamping(0, 0);
+            scene.bodies()[i]->setLinearVelocity(btVector3(btScalar(0.1), -2, 0));
+        }
+        scene.bodies()[0]->setDamping(0, 0);
+        const auto momentum = [&]
+        {
+            btVector3 sum(0, 0, 0);
+            for (const auto& body : scene.bodies())
+                sum += body->getLinearVelocity() / body->getInvMass();
+            return sum;
+        };
+        const btVector3 before = momentum();
+        scene.step(40);
+        EXPECT_LT(double(scene.bodies()[0]->getLinearVelocity().y()), -0.5) << "nothing hit the plate";
+        EXPECT_LT(double((momentum() - before).length()), 1e-3 * double(before.length()))
+            << nameOf(contender);
+    }
+}
+
 TEST(SolverStructures, KeepHighStacksAsLongAsStock)
 {
     for (const std::size_t height : {20, 30})
