@@ -310,7 +310,8 @@ void HullCache::prepare(const btConvexHullShape& shape) noexcept
     HullRecord* const record = acquire(shape);
     if (record == nullptr)
         return;
-    record->isPinned.store(true, std::memory_order_release);
+    if (!record->isPinned.exchange(true, std::memory_order_acq_rel))
+        record->revision.fetch_add(1, std::memory_order_release);
     graphOf(*record, shape, 0);
     release(*record);
 }
@@ -321,7 +322,8 @@ void HullCache::setDeforming(const btConvexHullShape& shape, bool isDeforming) n
     if (record == nullptr)
         return;
     const std::lock_guard<std::mutex> lock(m_mutex);
-    record->isDeforming.store(isDeforming, std::memory_order_release);
+    if (record->isDeforming.exchange(isDeforming, std::memory_order_acq_rel) != isDeforming)
+        record->revision.fetch_add(1, std::memory_order_release);
     forgetGraph(*record);
     release(*record);
 }
@@ -343,6 +345,7 @@ void HullCache::invalidate(const btConvexHullShape& shape) noexcept
     HullRecord& record = *it->second;
     record.isPinned.store(false, std::memory_order_release);
     record.isDeforming.store(false, std::memory_order_release);
+    record.revision.fetch_add(1, std::memory_order_release);
     record.checkedPass.store(0, std::memory_order_release);
     forgetGraph(record);
     if (record.references.load(std::memory_order_acquire) == 0)

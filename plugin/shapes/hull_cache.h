@@ -91,7 +91,7 @@ struct HullRecord
     std::atomic<const Hull<btScalar>*> hull{nullptr};  ///< cloud or graph of the contents
     std::atomic<std::uint64_t> checkedPass{0};  ///< pass of the last comparison between shape and contents
     std::atomic<std::int32_t> references{0};
-    std::atomic<std::uint32_t> revision{0};      ///< changed with the contents
+    std::atomic<std::uint32_t> revision{0};      ///< changed with all that contacts depend on
     std::atomic<std::uint32_t> scannedTotal{0};  ///< scans of these contents without a graph
     std::atomic<bool> isPinned{false};           ///< prepare()
     std::atomic<bool> isDeforming{false};        ///< setDeforming()

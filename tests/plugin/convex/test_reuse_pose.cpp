@@ -264,6 +264,21 @@ TEST(ReusePose, SeesPointsOfAHullThatWereEditedInPlace)
     EXPECT_EQ(pair.reused(), 0u);
 }
 
+TEST(ReusePose, SeesThatAHullIsSaidToDeform)
+{
+    KeptPair pair(pairCases()[1]);
+    const auto& hull = static_cast<btConvexHullShape&>(*pair.brick);
+    ASSERT_GT(pair.step(kResting).getNumContacts(), 1);
+    setDeforming(hull);
+    EXPECT_TRUE(areSamePlaces(placesOf(pair.step(kResting)), pair.freshPlaces(kResting)));
+    EXPECT_EQ(pair.reused(), 0u);
+    // Said once more, it changes nothing.
+    setDeforming(hull);
+    pair.step(kResting);
+    EXPECT_EQ(pair.reused(), 1u);
+    invalidate(hull);
+}
+
 TEST(ReusePose, SeesAnotherShapeAtTheAddressOfADeletedOne)
 {
     ConvexBench bench(false, keeping(1e-3));
