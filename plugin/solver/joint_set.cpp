@@ -259,6 +259,20 @@ void JointSet::noteSubstep()
     }
 }
 
+void JointSet::forgetImpulses()
+{
+    noteSubstep();
+    for (const JointBlock& block : m_blocks)
+    {
+        for (std::uint32_t i = block.first; i < block.first + block.rows; ++i)
+        {
+            JointRowBlock& row = m_rows.data()[i];
+            for (int lane = 0; lane < kBlock; ++lane)
+                row.impulse.lane[lane] *= row.isLasting.lane[lane];
+        }
+    }
+}
+
 void JointSet::writeBack(const SolverStep& step, const btContactSolverInfo& info) const
 {
     // In their order: joints may share a feedback.

@@ -52,6 +52,8 @@ public:
 
     /// Adds the impulses of a substep to their sums.
     void noteSubstep();
+    /// Adds the impulses to their sums and sets them to zero, except those of motors and springs.
+    void forgetImpulses();
 
     /// The number of iterations of the joint that asks for most; 0 without joints.
     int mostIterations() const { return m_mostIterations; }

@@ -325,22 +325,24 @@ void SolverBodies::beginSubsteps(ParallelLoops& loops)
                             m_motions[i].linear[k] = m_states[i].linear[k] - m_states[i].force[k];
                             m_motions[i].angular[k] = m_states[i].angular[k] - m_states[i].torque[k];
                         }
-                        m_missing[i] = {MissingPart(m_motions[i].linear), MissingPart(m_motions[i].angular)};
                     });
 }
 
 void SolverBodies::addForces(int substep, btScalar share, ParallelLoops& loops)
 {
-    parallelForEach(loops, size(), kGrain,
-                    [&](std::uint32_t i)
-                    {
-                        const btScalar part = m_isBound[i] != 0 ? share : btScalar(substep == 0 ? 1 : 0);
-                        for (int k = 0; k < 3; ++k)
-                        {
-                            m_motions[i].linear[k] += m_states[i].force[k] * part;
-                            m_motions[i].angular[k] += m_states[i].torque[k] * part;
-                        }
-                    });
+    parallelForEach(
+        loops, size(), kGrain,
+        [&](std::uint32_t i)
+        {
+            if (substep == 0)
+                m_missing[i] = {MissingPart(m_motions[i].linear), MissingPart(m_motions[i].angular)};
+            const btScalar part = m_isBound[i] != 0 ? share : btScalar(substep == 0 ? 1 : 0);
+            for (int k = 0; k < 3; ++k)
+            {
+                m_motions[i].linear[k] += m_states[i].force[k] * part;
+                m_motions[i].angular[k] += m_states[i].torque[k] * part;
+            }
+        });
 }
 
 void SolverBodies::move(btScalar time, ParallelLoops& loops)
