@@ -9,7 +9,8 @@ usage: rivals.py [--pairs N] [--boxes N] [--rounds N] [--csv FILE]
 
 Hulls: each library measures the same pairs of hulls in the same poses. Coal and python-fcl take a pair per call, with poses
 that were made before; cullet takes arrays, poses included, in one call and, as `cullet-single`, in a call per pair. Nobody
-remembers anything from pair to pair. Boxes: in each frame a fifth of the boxes moves, and the pairs come back to Python.
+remembers anything from pair to pair. Boxes: in each frame a fifth of the boxes moves, and the pairs come back to Python; of Coal
+their number.
 
 All take turns, round by round; times are CPU times of the process. Answers must agree, or the program ends with 1.
 """
@@ -325,20 +326,25 @@ def measure_boxes(arguments):
         answer = answers[row["backend"]]
         # Centres in double round boxes that touch one way or the other.
         wrong = not numpy.array_equal(answer, pairs) if row["backend"] == "cullet" else abs(answer - len(pairs)) > 2
-        yield {**row, "hash": f"{zlib.crc32(pairs.astype(numpy.uint32).tobytes()):08x}", "max_difference": 0, "wrong_checks": int(wrong)}
+        fingerprint = zlib.crc32(pairs.astype(numpy.uint32).tobytes())
+        yield {**row, "hash": f"{fingerprint:08x}", "max_difference": 0, "wrong_checks": int(wrong)}
 
 
 def machine():
-    """Processor, versions and commit: the same in every row."""
-    names = [line.split(":")[1].strip() for line in open("/proc/cpuinfo") if line.startswith("model name")]
-    folder = pathlib.Path(__file__).parent
-    commit = subprocess.run(["git", "-C", str(folder), "describe", "--always", "--dirty"], capture_output=True, text=True).stdout.strip()
+    """The columns that are the same in every row."""
+    lines = open("/proc/cpuinfo").read().splitlines()
+    names = [line.split(":")[1].strip() for line in lines if line.startswith("model name")] or ["unknown"]
+    folder = str(pathlib.Path(__file__).parent)
+    describe = ["git", "-C", folder, "describe", "--always", "--dirty", "--abbrev=40"]
+    commit = subprocess.run(describe, capture_output=True, text=True)
+    versions = f"python {sys.version.split()[0]}, numpy {numpy.__version__}, coal {coal.__version__}, python-fcl {fcl.__version__}"
     return {
-        "precision": "float64",
+        "precision": "double",
         "threads": 1,
-        "cpu": names[0] if names else "",
-        "versions": f"coal {coal.__version__} python-fcl {fcl.__version__} numpy {numpy.__version__} python {sys.version.split()[0]}",
-        "commit": commit,
+        "cpu": names[0],
+        "gpu": "",
+        "commit": commit.stdout.strip(),
+        "machine": f"{names[0]}, {len(names)} cores, {versions}",
     }
 
 

@@ -88,12 +88,9 @@ Hulls = Union[Hull, Sequence[Hull]]
 _OVERLAP, _DISTANCE, _PENETRATION, _CONTACT = range(4)
 
 
-def _tuple_of(hulls: Hulls, name: str) -> Any:
+def _tuple_of(hulls: Hulls) -> Any:
     # A tuple of its own keeps the hulls alive while another thread changes the caller's list.
-    known = (hulls,) if isinstance(hulls, Hull) else tuple(hulls)
-    if not all(isinstance(hull, Hull) for hull in known):
-        raise TypeError(f"{name}: a Hull or a sequence of them expected")
-    return known
+    return (hulls,) if isinstance(hulls, Hull) else tuple(hulls)
 
 
 def _query(
@@ -101,9 +98,9 @@ def _query(
 ) -> Any:
     return _native.query_hulls(
         query,
-        _tuple_of(a, "a"),
+        _tuple_of(a),
         None if poses_a is None else numbers(poses_a),
-        _tuple_of(b, "b"),
+        _tuple_of(b),
         None if poses_b is None else numbers(poses_b),
         None if pairs is None else indices(pairs),
         max_distance,

@@ -100,7 +100,8 @@ def main():
     has_room[near[too_near, 0] // len(gripper)] = False
     asked, possible = len(near), len(hulls) * len(scene)
     print(f"{possible} pairs of hulls, {asked} with boxes that overlap, {too_near.sum()} nearer than {1000 * CLEARANCE:g} mm")
-    print(f"{has_room.sum()} of {CANDIDATES} grasps have room; the deepest of the others is {-1000 * contact.distances.min():.1f} mm inside")
+    deepest = -1000 * contact.distances.min()
+    print(f"{has_room.sum()} of {CANDIDATES} grasps have room; the deepest of the others is {deepest:.1f} mm inside")
 
     everything = numpy.stack(numpy.meshgrid(range(300), range(len(scene)), indexing="ij"), axis=-1).reshape(-1, 2)
     exact = cullet.hull_contact(hulls, scene, poses, scene_poses, pairs=everything, max_distance=CLEARANCE)

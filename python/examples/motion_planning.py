@@ -4,9 +4,9 @@
 
 """A roadmap for a planar arm among obstacles: all states of all edges are checked in one call.
 
-States are joint angles. An edge is checked at steps along it; each state places the links, and a BoxSet finds the pairs that
-hull_overlap() tests for all states in one call. The shortest path is then measured with hull_distance(). Ends with 1 if there is no path, or one that
-touches.
+States are joint angles. An edge is checked at steps along it; each state places the links, a BoxSet finds the pairs whose
+boxes overlap, and one call of hull_overlap() tests those of all states. The shortest path is then measured with
+hull_distance(). Ends with 1 if there is no path, or one that touches.
 """
 
 import heapq

@@ -8,7 +8,7 @@
 
 #include <algorithm>
 #include <new>
-#include <optional>
+#include <string>
 #include <utility>
 
 namespace cullet::python
@@ -54,21 +54,28 @@ class Bodies
 {
 public:
     /// @param poses invalid: identity
-    Bodies(const nb::tuple& hulls, const AnyArray& poses, const char* name)
+    /// @param side  "a" or "b", for messages
+    Bodies(const nb::tuple& hulls, const AnyArray& poses, const std::string& side)
     {
+        m_hulls.reserve(hulls.size());
         for (const nb::handle hull : hulls)
-            m_hulls.push_back(nb::cast<const cullet_hull*>(hull));
+        {
+            const cullet_hull* known = nullptr;
+            if (!nb::try_cast(hull, known) || known == nullptr)
+                throw nb::type_error((side + ": a Hull or a sequence of them expected").c_str());
+            m_hulls.push_back(known);
+        }
         if (!poses.is_valid())
             return;
-        m_poses = readPoses(poses, name);
+        const std::string name = "poses_" + side;
+        m_poses = readPoses(poses, name.c_str());
         // One stands for all.
         if (m_hulls.size() == 1)
             m_hulls.resize(m_poses.size(), m_hulls[0]);
         else if (m_poses.size() == 1)
             m_poses.resize(m_hulls.size(), m_poses[0]);
         if (m_hulls.size() != m_poses.size())
-            throw nb::value_error(
-                (std::string(name) + ": as many as hulls expected, or one of either").c_str());
+            throw nb::value_error((name + ": as many as hulls expected, or one of either").c_str());
     }
 
     std::size_t count() const { return m_hulls.size(); }
@@ -145,7 +152,7 @@ nb::tuple queryHulls(std::int32_t query, const nb::tuple& hullsA, const AnyArray
                      const nb::tuple& hullsB, const AnyArray& posesB, const AnyArray& pairs,
                      double maxDistance, std::int32_t threads)
 {
-    const Bodies a(hullsA, posesA, "poses_a"), b(hullsB, posesB, "poses_b");
+    const Bodies a(hullsA, posesA, "a"), b(hullsB, posesB, "b");
     // Copied, since another thread of Python could write into the caller's between their check and their use.
     std::vector<std::uint32_t> indices;
     if (pairs.is_valid())

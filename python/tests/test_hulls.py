@@ -115,7 +115,8 @@ def test_quaternions_matrices_and_layouts_are_the_same_poses(scene, query):
     wide[:, 1:8] = poses_a
     longer = poses_a.copy()
     longer[:, 3:] *= 2
-    for same in (wide[:, 1:8], numpy.asfortranarray(poses_a), longer, matrices, matrices.transpose(0, 2, 1).copy().transpose(0, 2, 1)):
+    by_columns = matrices.transpose(0, 2, 1).copy().transpose(0, 2, 1)
+    for same in (wide[:, 1:8], numpy.asfortranarray(poses_a), longer, matrices, by_columns):
         results = query(a, b, same, poses_b)
         assert numpy.array_equal(results.states, expected.states)
         if query is not cullet.hull_overlap:
