@@ -97,10 +97,14 @@ def cullet_batch(query):
 
 def cullet_single(query):
     def run(scene):
-        found = [query(a, b, p, q, threads=1) for a, b, p, q in zip(*scene.cullet, *scene.poses)]
-        return type(found[0])(*(numpy.concatenate(column) for column in zip(*found)))
+        return numpy.array([query(a, b, p, q, threads=1).distances[0] for a, b, p, q in zip(*scene.cullet, *scene.poses)])
 
     return run
+
+
+def cullet_single_overlap(scene):
+    found = [cullet.hull_overlap(a, b, p, q, threads=1).states[0] for a, b, p, q in zip(*scene.cullet, *scene.poses)]
+    return numpy.array(found) == cullet.State.OVERLAPPING
 
 
 def coal_overlap(scene):
@@ -139,7 +143,7 @@ def fcl_distance(scene):
 HULL_QUERIES = {
     "overlap": {
         "cullet": cullet_batch(cullet.hull_overlap),
-        "cullet-single": cullet_single(cullet.hull_overlap),
+        "cullet-single": cullet_single_overlap,
         "coal": coal_overlap,
         "fcl": fcl_overlap,
     },

@@ -108,11 +108,19 @@ def _query(
     )
 
 
+def _measured(query: int, *arguments: Any) -> HullResults:
+    states, reals = _query(query, *arguments)
+    count = len(states)
+    axes, points_a, points_b = reals[: 9 * count].reshape(3, count, 3)
+    return HullResults(states, reals[9 * count :], axes, points_a, points_b)
+
+
 def hull_overlap(
     a: Hulls, b: Hulls, poses_a: Any = None, poses_b: Any = None, *, pairs: Any = None, threads: int = 0
 ) -> OverlapResults:
     """Test whether hulls have a point in common, by ISA-GJK. The cheapest query: below a microsecond for most pairs."""
-    return OverlapResults(*_query(_OVERLAP, a, b, poses_a, poses_b, pairs, 0.0, threads))
+    states, axes = _query(_OVERLAP, a, b, poses_a, poses_b, pairs, 0.0, threads)
+    return OverlapResults(states, axes.reshape(len(states), 3))
 
 
 def hull_distance(
@@ -131,7 +139,7 @@ def hull_distance(
         points.
     Overlapping hulls have distance 0, and neither axis nor points: see hull_penetration() and hull_contact().
     """
-    return HullResults(*_query(_DISTANCE, a, b, poses_a, poses_b, pairs, max_distance, threads))
+    return _measured(_DISTANCE, a, b, poses_a, poses_b, pairs, max_distance, threads)
 
 
 def hull_penetration(
@@ -142,7 +150,7 @@ def hull_penetration(
     a moved by -distance * axis only touches b. Hulls that do not overlap are SEPARATED, with distance, axis and points zero.
     Cost: about ten times that of a distance, where hulls overlap.
     """
-    return HullResults(*_query(_PENETRATION, a, b, poses_a, poses_b, pairs, 0.0, threads))
+    return _measured(_PENETRATION, a, b, poses_a, poses_b, pairs, 0.0, threads)
 
 
 def hull_contact(
@@ -159,4 +167,4 @@ def hull_contact(
 
     One point of each hull, the closest or the deepest; not a patch of several points.
     """
-    return HullResults(*_query(_CONTACT, a, b, poses_a, poses_b, pairs, max_distance, threads))
+    return _measured(_CONTACT, a, b, poses_a, poses_b, pairs, max_distance, threads)

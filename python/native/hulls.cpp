@@ -99,53 +99,46 @@ std::size_t countTogether(std::size_t a, std::size_t b)
     return a == 1 ? b : a;
 }
 
-/// Arrays that a batch fills.
+/// What a batch fills: states, and one block of numbers, since each array of NumPy takes a microsecond to make.
 class Answers
 {
 public:
-    Answers(std::size_t count, bool hasPoints) : m_count(count), m_states(new std::int32_t[count])
+    /// @param hasPoints false: axes alone
+    Answers(std::size_t count, bool hasPoints)
+        : m_count(count),
+          m_columns(hasPoints ? 10 : 3),
+          m_states(new std::int32_t[count]),
+          m_reals(new double[m_columns * count])
     {
-        m_axes = makeReals(3);
-        if (!hasPoints)
-            return;
-        m_distances = makeReals(1);
-        m_pointsOfA = makeReals(3);
-        m_pointsOfB = makeReals(3);
     }
 
     cullet_hull_results view()
     {
-        return {sizeof(cullet_hull_results),
-                0,
-                m_states.get(),
-                m_distances.get(),
-                m_axes.get(),
-                m_pointsOfA.get(),
-                m_pointsOfB.get()};
+        double* const reals = m_reals.get();
+        cullet_hull_results results{};
+        results.size = sizeof(results);
+        results.states = m_states.get();
+        results.axes = reals;
+        if (m_columns == 3)
+            return results;
+        results.points_a = reals + 3 * m_count;
+        results.points_b = reals + 6 * m_count;
+        results.distances = reals + 9 * m_count;
+        return results;
     }
 
-    /// States and axes, and with points: distances, points of A and of B.
+    /// States; and axes, points of A, points of B, distances, one after the other.
     nb::tuple toTuple()
     {
-        const bool hasPoints = m_distances != nullptr;
         auto states = toNumpy(std::move(m_states), {m_count});
-        auto axes = toNumpy(std::move(m_axes), {m_count, 3});
-        if (!hasPoints)
-            return nb::make_tuple(std::move(states), std::move(axes));
-        return nb::make_tuple(std::move(states), toNumpy(std::move(m_distances), {m_count}), std::move(axes),
-                              toNumpy(std::move(m_pointsOfA), {m_count, 3}),
-                              toNumpy(std::move(m_pointsOfB), {m_count, 3}));
+        return nb::make_tuple(std::move(states), toNumpy(std::move(m_reals), {m_columns * m_count}));
     }
 
 private:
-    std::unique_ptr<double[]> makeReals(std::size_t columns) const
-    {
-        return std::unique_ptr<double[]>(new double[columns * m_count]);
-    }
-
     std::size_t m_count;
+    std::size_t m_columns;
     std::unique_ptr<std::int32_t[]> m_states;
-    std::unique_ptr<double[]> m_distances, m_axes, m_pointsOfA, m_pointsOfB;
+    std::unique_ptr<double[]> m_reals;
 };
 
 nb::tuple queryHulls(std::int32_t query, const nb::tuple& hullsA, const AnyArray& posesA,
