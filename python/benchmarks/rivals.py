@@ -30,8 +30,8 @@ from scipy.spatial import ConvexHull
 
 import cullet
 
-#: Distances of GJK with Coal's and FCL's default tolerances are right to about this, in units of a hull's size.
-TOLERANCE = 1e-3
+#: Of a distance between hulls of radius 1: the default tolerance of Coal's and FCL's searches.
+TOLERANCE = 1e-6
 
 
 def triangles_of(points):
@@ -70,7 +70,7 @@ def rotations_of(poses):
 
 
 class HullScene:
-    """Pairs of hulls of about so many points on a unit sphere, about a third of which overlap."""
+    """Pairs of hulls of so many points on a unit sphere; of 8 points 30 % overlap, of 64 points 66 %."""
 
     def __init__(self, random, pairs, points):
         directions = random.normal(size=(40, points, 3))
