@@ -1,6 +1,7 @@
 # SPDX-FileCopyrightText: the cullet authors
 # SPDX-License-Identifier: Zlib
 
+import ctypes
 import gc
 import threading
 
@@ -97,6 +98,52 @@ def test_any_dlpack_producer_is_read(random):
     ids = boxset.add(Producer(boxes))
     boxset.move(Producer(ids), Producer(boxes))
     assert numpy.array_equal(boxset.update().added, cullet.overlapping_pairs(boxes))
+
+
+class Tensor(ctypes.Structure):
+    """DLManagedTensor of DLPack."""
+
+    _fields_ = [
+        ("data", ctypes.c_void_p),
+        ("device_type", ctypes.c_int32),
+        ("device_id", ctypes.c_int32),
+        ("ndim", ctypes.c_int32),
+        ("code", ctypes.c_uint8),
+        ("bits", ctypes.c_uint8),
+        ("lanes", ctypes.c_uint16),
+        ("shape", ctypes.POINTER(ctypes.c_int64)),
+        ("strides", ctypes.POINTER(ctypes.c_int64)),
+        ("byte_offset", ctypes.c_uint64),
+        ("context", ctypes.c_void_p),
+        ("deleter", ctypes.c_void_p),
+    ]
+
+
+class DeviceArray:
+    """Says that 2 x 6 floats lie on a device: whoever reads them reads address 8."""
+
+    def __init__(self, device_type):
+        self.shape = (ctypes.c_int64 * 2)(2, 6)
+        self.tensor = Tensor(8, device_type, 0, 2, 2, 32, 1, self.shape, None, 0, None, None)
+
+    def __dlpack__(self, **options):
+        new = ctypes.pythonapi.PyCapsule_New
+        new.restype, new.argtypes = ctypes.py_object, [ctypes.c_void_p, ctypes.c_char_p, ctypes.c_void_p]
+        return new(ctypes.addressof(self.tensor), b"dltensor", None)
+
+    def __dlpack_device__(self):
+        return self.tensor.device_type, 0
+
+
+@pytest.mark.parametrize("device_type", [2, 4, 10], ids=["cuda", "opencl", "rocm"])
+def test_arrays_on_a_device_are_refused_unread(device_type):
+    boxset = cullet.BoxSet()
+    with pytest.raises(ValueError, match="boxes: the array is on a device"):
+        boxset.add(DeviceArray(device_type))
+    with pytest.raises(ValueError, match="poses_a: the array is on a device"):
+        hull = cullet.Hull([[0, 0, 0]])
+        cullet.hull_overlap(hull, hull, DeviceArray(device_type))
+    assert len(boxset) == 0
 
 
 def test_doubles_are_rounded_outward_and_inverted_ones_stay_empty():
