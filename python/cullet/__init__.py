@@ -5,7 +5,7 @@
 
 Arrays are those of NumPy or of any library with DLPack (PyTorch, JAX, ...) in the memory of the CPU, float32 or float64, with
 any strides. Lengths have the unit of the caller's world. Every function may be called from any thread, and releases the GIL
-while it works. Results are the same bits on every machine, for any number of threads.
+while it works. Results are the same bits for any number of threads.
 
 Errors: ValueError for wrong shapes, types and numbers, KeyError for an unknown id, MemoryError. A failing call changes
 nothing.
