@@ -3,6 +3,7 @@
 #include "cullet/abi/box_set.h"
 
 #include "cullet/abi/status.h"
+#include "cullet/base/float_rounding.h"
 #include "cullet/broad/log.h"
 
 #include <algorithm>
@@ -12,20 +13,47 @@
 
 namespace cullet::abi
 {
+namespace
+{
+/// The caller's strides may leave numbers unaligned.
+template <class Number>
+Number readUnaligned(const unsigned char* from)
+{
+    Number number;
+    std::memcpy(&number, from, sizeof(number));
+    return number;
+}
+}  // namespace
+
+double CornerArray::at(std::size_t index, int axis) const
+{
+    const unsigned char* from = first + static_cast<std::ptrdiff_t>(index) * rowStride + axis * axisStride;
+    return isDouble ? readUnaligned<double>(from) : static_cast<double>(readUnaligned<float>(from));
+}
+
 Aabb BoxArray::at(std::size_t index) const
 {
-    // The caller's stride may leave floats unaligned.
+    if (m_packed != nullptr)
+        return readUnaligned<Aabb>(reinterpret_cast<const unsigned char*>(m_packed) + index * m_stride);
     Aabb box;
-    std::memcpy(&box, reinterpret_cast<const unsigned char*>(first) + index * stride, sizeof(box));
+    for (int axis = 0; axis < 3; ++axis)
+    {
+        const double min = m_min.at(index, axis), max = m_max.at(index, axis);
+        // Rounded, an inverted box could be a thin one.
+        if (!(min <= max))
+            return kEmptyAabb;
+        box.min[axis] = roundDownToFloat(min);
+        box.max[axis] = roundUpToFloat(max);
+    }
     return box;
 }
 
-BoxSet::BoxSet(std::unique_ptr<Backend> backend, int threads, float margin)
-    : m_backend(std::move(backend)), m_threads(threads), m_margin(margin)
+BoxSet::BoxSet(std::unique_ptr<Backend> backend, int threads, float margin, std::uint32_t firstId)
+    : m_backend(std::move(backend)), m_threads(threads), m_margin(margin), m_nextId(firstId)
 {
 }
 
-bool BoxSet::add(BoxArray boxes, std::uint32_t count, std::uint32_t* ids)
+bool BoxSet::add(const BoxArray& boxes, std::uint32_t count, std::uint32_t* ids)
 {
     require(count <= kMostBoxes - std::min(m_table.size(), kMostBoxes), CULLET_ERROR_ARGUMENT,
             "more than 2^30 boxes");
@@ -68,7 +96,7 @@ void BoxSet::requireIds(const std::uint32_t* ids, std::uint32_t count) const
     }
 }
 
-bool BoxSet::move(const std::uint32_t* ids, BoxArray boxes, std::uint32_t count)
+bool BoxSet::move(const std::uint32_t* ids, const BoxArray& boxes, std::uint32_t count)
 {
     requireIds(ids, count);
     bool areValid = true;

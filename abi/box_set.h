@@ -14,13 +14,32 @@
 
 namespace cullet::abi
 {
-/// Boxes of a caller: six floats each, `stride` bytes apart.
-struct BoxArray
+/// Lower or upper corners of a caller's boxes: three floats or doubles each, at any distances in bytes.
+struct CornerArray
 {
-    const float* first;
-    std::size_t stride;
+    const unsigned char* first;
+    std::ptrdiff_t rowStride;   ///< from a box to the next
+    std::ptrdiff_t axisStride;  ///< from a coordinate to the next
+    bool isDouble;
+
+    double at(std::size_t index, int axis) const;
+};
+
+/// Boxes of a caller, read where they are. Doubles are rounded outward.
+class BoxArray
+{
+public:
+    /// @param first  six floats, the first of `stride` bytes
+    BoxArray(const float* first, std::size_t stride) : m_packed(first), m_stride(stride) {}
+    BoxArray(const CornerArray& min, const CornerArray& max) : m_min(min), m_max(max) {}
 
     Aabb at(std::size_t index) const;
+
+private:
+    const float* m_packed = nullptr;  ///< null: corners
+    std::size_t m_stride = 0;
+    CornerArray m_min = {};
+    CornerArray m_max = {};
 };
 
 /// A table of boxes with ids, a backend, and the pairs it found. A failing function throws and leaves boxes and pairs
@@ -28,11 +47,12 @@ struct BoxArray
 class BoxSet
 {
 public:
-    BoxSet(std::unique_ptr<Backend> backend, int threads, float margin);
+    /// @param firstId id of the first box; others follow it
+    BoxSet(std::unique_ptr<Backend> backend, int threads, float margin, std::uint32_t firstId = 1);
 
     /// @return false if some boxes are empty and overlap nothing
-    bool add(BoxArray boxes, std::uint32_t count, std::uint32_t* ids);
-    bool move(const std::uint32_t* ids, BoxArray boxes, std::uint32_t count);
+    bool add(const BoxArray& boxes, std::uint32_t count, std::uint32_t* ids);
+    bool move(const std::uint32_t* ids, const BoxArray& boxes, std::uint32_t count);
     void setFilters(const std::uint32_t* ids, const cullet_filter* filters, std::uint32_t count);
     void remove(const std::uint32_t* ids, std::uint32_t count);
 
@@ -56,7 +76,7 @@ private:
     std::unique_ptr<Backend> m_backend;
     int m_threads;
     float m_margin;
-    std::uint32_t m_nextId = 1;
+    std::uint32_t m_nextId;
     std::uint64_t m_fallbacks = 0;
     PairDelta m_delta;
     Pairs m_pairs;

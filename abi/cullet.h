@@ -43,7 +43,7 @@
 
 /** Incremented when functions or members are added. A program runs with every library whose cullet_abi_version() is not
  *  lower than this; a change that breaks programs gives the library another file name (its SOVERSION). */
-#define CULLET_ABI_VERSION 2
+#define CULLET_ABI_VERSION 3
 
 typedef int32_t cullet_status;
 
@@ -51,6 +51,7 @@ enum
 {
     CULLET_OK = 0,
     CULLET_EMPTY_BOXES = 1,           /**< done; some boxes have min > max or a NaN, and overlap nothing */
+    CULLET_SOME_NOT_CONVERGED = 2,    /**< done; some pairs of a batch have the state CULLET_NOT_CONVERGED */
     CULLET_ERROR_NULL = -1,           /**< a pointer must not be NULL */
     CULLET_ERROR_ARGUMENT = -2,       /**< a value is out of its range */
     CULLET_ERROR_SIZE = -3,           /**< a size or a stride does not fit */
@@ -437,9 +438,10 @@ typedef struct cullet_pose
 
 enum
 {
-    CULLET_SEPARATED = 0,  /**< the distance is larger than the requested maximum */
-    CULLET_NEAR = 1,       /**< 0 < distance <= the requested maximum */
-    CULLET_OVERLAPPING = 2 /**< the hulls have a point in common */
+    CULLET_SEPARATED = 0,    /**< the distance is larger than the requested maximum */
+    CULLET_NEAR = 1,         /**< 0 < distance <= the requested maximum */
+    CULLET_OVERLAPPING = 2,  /**< the hulls have a point in common */
+    CULLET_NOT_CONVERGED = 3 /**< of a batch: no answer, the hulls are degenerate beyond double precision */
 };
 
 typedef struct cullet_hull_result
@@ -512,5 +514,62 @@ CULLET_C_API cullet_status cullet_hull_distance(const cullet_hull* a, const cull
 CULLET_C_API cullet_status cullet_hull_penetration(const cullet_hull* a, const cullet_pose* pose_a,
                                                    const cullet_hull* b, const cullet_pose* pose_b,
                                                    cullet_hull_cache* cache, cullet_hull_result* result);
+
+/** What a batch computes for each of its pairs. */
+enum
+{
+    CULLET_QUERY_OVERLAP = 0,     /**< as cullet_hull_overlap(): state, and an axis of any length */
+    CULLET_QUERY_DISTANCE = 1,    /**< as cullet_hull_distance() */
+    CULLET_QUERY_PENETRATION = 2, /**< as cullet_hull_penetration() */
+    CULLET_QUERY_CONTACT = 3      /**< the distance, or the depth of hulls that overlap */
+};
+
+/** Hulls in the world: body i is hulls[i] at poses[i]. */
+typedef struct cullet_bodies
+{
+    const cullet_hull* const* hulls; /**< [count]; a hull may stand there any number of times */
+    const cullet_pose* poses;        /**< [count]; NULL: identity for all */
+    uint32_t count;
+    uint32_t reserved; /**< 0 */
+} cullet_bodies;
+
+/** Pairs of bodies. Without `pairs`, pair i is body i of a and body i of b, where a single body stands for all. */
+typedef struct cullet_hull_batch
+{
+    uint32_t size;            /**< sizeof(cullet_hull_batch) */
+    int32_t query;            /**< CULLET_QUERY_OVERLAP, ... */
+    cullet_bodies a;          /**< may be the same bodies as b */
+    cullet_bodies b;          /**< axes point from b to a */
+    const cullet_pair* pairs; /**< [pair_count] first: index of a, second: index of b; may be NULL */
+    uint64_t pair_count;      /**< below 2^32 */
+    double max_distance;      /**< of CULLET_QUERY_DISTANCE and _CONTACT, as in cullet_hull_distance() */
+    int32_t threads;          /**< at most; 0: as many as the machine has. Results do not depend on it */
+    int32_t reserved;         /**< 0 */
+} cullet_hull_batch;
+
+/** Arrays of the caller that a batch fills, with the members of cullet_hull_result; NULL: not wanted. */
+typedef struct cullet_hull_results
+{
+    uint32_t size;     /**< sizeof(cullet_hull_results) */
+    uint32_t reserved; /**< 0 */
+    int32_t* states;   /**< [pair_count] CULLET_SEPARATED, ... */
+    double* distances; /**< [pair_count] */
+    double* axes;      /**< [3 * pair_count] */
+    double* points_a;  /**< [3 * pair_count] */
+    double* points_b;  /**< [3 * pair_count] */
+} cullet_hull_results;
+
+/**
+ * Computes many pairs of hulls, on several threads if there are enough of them.
+ *
+ * The results are those of the functions for one pair without a cache, and do not depend on other pairs.
+ *
+ * @return CULLET_SOME_NOT_CONVERGED if some pairs have no answer; their other members are zero
+ * Errors: NULL, SIZE, MEMORY; NOT_FINITE and ARGUMENT for poses, as in cullet_hull_overlap(), also of bodies without
+ * pairs; ARGUMENT for a query, an index, a max_distance or threads out of range. After MEMORY some elements of the
+ * results are written. Any thread. Cost: a check of each body and pair, then that of each query.
+ */
+CULLET_C_API cullet_status cullet_hull_query_batch(const cullet_hull_batch* batch,
+                                                   const cullet_hull_results* results);
 
 #endif

@@ -56,6 +56,8 @@ const char* cullet_status_name(cullet_status status)
             return "CULLET_OK";
         case CULLET_EMPTY_BOXES:
             return "CULLET_EMPTY_BOXES";
+        case CULLET_SOME_NOT_CONVERGED:
+            return "CULLET_SOME_NOT_CONVERGED";
         case CULLET_ERROR_NULL:
             return "CULLET_ERROR_NULL";
         case CULLET_ERROR_ARGUMENT:

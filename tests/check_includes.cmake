@@ -3,7 +3,7 @@
 
 # cmake -DROOT=<source folder> -P check_includes.cmake
 #
-# Holds the arrows between the folders: preload, abi -> plugin; plugin -> broad, narrow, mid, cuda; mid -> narrow; cuda -> broad;
+# Holds the arrows between the folders: python -> abi, broad, narrow; preload, abi -> plugin; plugin -> broad, narrow, mid, cuda; mid -> narrow; cuda -> broad;
 # comparison -> broad, cuda; all -> base; broad, narrow and mid know neither Bullet nor CUDA, and broad and narrow not each other. And those between the
 # rooms of a folder, see room(). An include in quotes is spelled as after install and names the folder, so that a reader sees
 # the arrow.
@@ -58,6 +58,7 @@ check_folder(comparison MAY base comparison broad cuda NEVER "${bullet}" "${cuda
 check_folder(plugin MAY base plugin broad narrow mid cuda NEVER "${cuda}" "${test_only}")
 check_folder(preload MAY preload plugin NEVER "${cuda}" "${test_only}")
 check_folder(abi MAY base abi plugin broad narrow cuda NEVER "${cuda}" "${test_only}")
+check_folder(python MAY base python abi broad narrow NEVER "${bullet}" "${cuda}" "${test_only}")
 check_folder(demos MAY base demos generated plugin comparison broad narrow mid cuda NEVER "${kernels}" "${test_only}")
 check_folder(tests MAY base tests demos generated abi plugin comparison broad narrow mid cuda)
 

@@ -127,6 +127,33 @@ private:
     }
 };
 
+TEST(BoxArray, ReadsCornersAtTheirStridesAndRoundsDoublesOutward)
+{
+    // Coordinates of a box are 16 bytes apart, boxes 8, the second one first.
+    const double third = 1.0 / 3.0;
+    const double min[] = {third, 0, 2, -third, 4, 5}, max[] = {9, third, 9, 9, 9, 9};
+    const auto corners = [](const double* first) {
+        return abi::CornerArray{reinterpret_cast<const unsigned char*>(first + 1), -8, 16, true};
+    };
+    const abi::BoxArray boxes(corners(min), corners(max));
+    const Aabb outer = boxes.at(0);
+    EXPECT_EQ(outer.min[0], 0.0f);
+    EXPECT_LT(double(outer.min[1]), -third);
+    EXPECT_GT(double(outer.max[0]), third);
+    EXPECT_EQ(boxes.at(1).max[2], 9.0f);
+    EXPECT_LT(double(boxes.at(1).min[0]), third);
+}
+
+TEST(BoxArray, KeepsInvertedBoxOfDoublesEmptyWhenFloatsAreEqual)
+{
+    const double min[] = {0.5 + 1e-12, 0, 0}, max[] = {0.5, 1, 1};
+    ASSERT_EQ(float(min[0]), float(max[0]));
+    const auto corners = [](const double* first) {
+        return abi::CornerArray{reinterpret_cast<const unsigned char*>(first), 24, 8, true};
+    };
+    EXPECT_FALSE(isValid(abi::BoxArray(corners(min), corners(max)).at(0)));
+}
+
 TEST(BoxSetMemory, KeepsPairsWhenUpdateRunsOutOfMemoryAndFindsAllNextTime)
 {
     const LogScope log;  // a backend whose allocation fails is replaced, with a warning

@@ -218,6 +218,31 @@ std::vector<double> ballOf(int count)
     return points;
 }
 
+/// A ball at 40 places, against itself: enough for two threads.
+void queryBatch(FaultRun& run, const cullet_hull* hull)
+{
+    constexpr std::uint32_t kCount = 40;
+    const std::vector<const cullet_hull*> hulls(kCount, hull);
+    std::vector<cullet_pose> poses;
+    for (std::uint32_t i = 0; i < kCount; ++i)
+        poses.push_back({{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0.0625 * i, 0, 0}});
+    cullet_hull_batch batch{};
+    batch.size = sizeof batch;
+    batch.query = CULLET_QUERY_CONTACT;
+    batch.a = {hulls.data(), nullptr, 1, 0};
+    batch.b = {hulls.data(), poses.data(), kCount, 0};
+    batch.pair_count = kCount;
+    batch.max_distance = 10;
+    batch.threads = 2;
+    std::vector<std::int32_t> states(kCount, -1);
+    cullet_hull_results results{};
+    results.size = sizeof results;
+    results.states = states.data();
+    succeed(run, [&] { return cullet_hull_query_batch(&batch, &results); });
+    for (std::uint32_t i = 0; i < kCount; ++i)
+        EXPECT_EQ(states[i], i < 31 ? CULLET_OVERLAPPING : i > 32 ? CULLET_NEAR : states[i]);
+}
+
 void liveWithHulls(FaultRun& run)
 {
     const std::vector<double> points = ballOf(120);
@@ -241,6 +266,7 @@ void liveWithHulls(FaultRun& run)
         succeed(run, [&] { return cullet_hull_penetration(hull, nullptr, hull, &pose, cache, &deep); });
         EXPECT_EQ(deep.state, x < 1.9 ? CULLET_OVERLAPPING : CULLET_SEPARATED);
     }
+    queryBatch(run, hull);
     run.certain(
         [&]
         {

@@ -62,8 +62,10 @@ private:
             createBroadphase(choices);
         else if (kind == 30)
             callWithoutObjects(choices);
-        else
+        else if (choices.below(4) == 0)
             readConstants(choices);
+        else
+            m_hulls.queryBatch(choices);
     }
 
     /// A broad phase needs a world of Bullet for more than this.
@@ -167,7 +169,7 @@ private:
     {
         const std::int32_t status = static_cast<std::int32_t>(choices.byte()) - 128;
         const std::string name = cullet_status_name(status);
-        const bool isKnown = status <= CULLET_EMPTY_BOXES && status >= CULLET_ERROR_INTERNAL;
+        const bool isKnown = status <= CULLET_SOME_NOT_CONVERGED && status >= CULLET_ERROR_INTERNAL;
         m_check.require(isKnown ? name.rfind("CULLET_", 0) == 0 : name == "unknown", "cullet_status_name()",
                         "is " + name);
         m_check.require(cullet_abi_version() == CULLET_ABI_VERSION, "cullet_abi_version()", "differs");

@@ -104,8 +104,55 @@ public:
             measure(choices, kind == 1, a, b, placedA, placedB, faults, truth);
     }
 
+    /// One to five pairs at once.
+    void queryBatch(Choices& choices)
+    {
+        Faults faults;
+        const Batch batch = makeBatch(choices, faults);
+        constexpr std::uint32_t kSize = sizeof(cullet_hull_batch);
+        const std::uint32_t sizes[] = {kSize, kSize + 16, kSize - 1, 0};
+        Sized<cullet_hull_batch> given(sizes[choices.chance(32) ? choices.below(4) : 0]);
+        const std::uint32_t size = given.known.size;
+        given.known = batch.known;
+        given.known.size = size;
+        given.known.a = {batch.hulls, batch.poses.data(), kHulls, 0};
+        given.known.b = {batch.hulls, batch.poses.data() + kHulls, kHulls, 0};
+        given.known.pairs = batch.pairs.data();
+        faults.add(size < kSize, CULLET_ERROR_SIZE);
+        const bool hasBatch = !faults.add(choices.chance(8), CULLET_ERROR_NULL);
+        std::vector<std::int32_t> states(batch.pairs.size(), -7);
+        std::vector<double> distances(batch.pairs.size(), -7), axes(3 * states.size(), -7);
+        std::vector<double> pointsOfA(axes), pointsOfB(axes);
+        cullet_hull_results results = {};
+        results.size = sizeof results;
+        results.states = states.data();
+        results.distances = distances.data();
+        results.axes = axes.data();
+        results.points_a = pointsOfA.data();
+        results.points_b = pointsOfB.data();
+        const cullet_status status = cullet_hull_query_batch(hasBatch ? &given.known : nullptr, &results);
+        if (!m_check.expect(kBatchName, status, faults))
+        {
+            const bool isUntouched =
+                std::count(states.begin(), states.end(), -7) == static_cast<std::ptrdiff_t>(states.size());
+            m_check.require(isUntouched, kBatchName, "writes in a failed call");
+            return;
+        }
+        for (std::size_t i = 0; i < states.size(); ++i)
+        {
+            cullet_hull_result result = {};
+            result.state = states[i];
+            result.distance = distances[i];
+            std::copy_n(&axes[3 * i], 3, result.axis);
+            std::copy_n(&pointsOfA[3 * i], 3, result.point_a);
+            std::copy_n(&pointsOfB[3 * i], 3, result.point_b);
+            checkPair(batch, i, result);
+        }
+    }
+
 private:
     static constexpr std::uint32_t kHulls = 3;
+    static constexpr const char* kBatchName = "cullet_hull_query_batch()";
     static constexpr double kStep = 0.125;
 
     struct Entry
@@ -182,6 +229,88 @@ private:
             faults.add(true, CULLET_ERROR_ARGUMENT);
         }
         return placed;
+    }
+
+    /// Every hull at a pose for each side, and pairs of them.
+    struct Batch
+    {
+        cullet_hull_batch known = {};
+        const cullet_hull* hulls[kHulls] = {};
+        std::vector<Placed> placed;  ///< of A, then of B
+        std::vector<cullet_pose> poses;
+        std::vector<cullet_pair> pairs;
+    };
+
+    Batch makeBatch(Choices& choices, Faults& faults)
+    {
+        Batch batch;
+        const double limits[] = {HUGE_VAL, 1, 0, 8, -1, std::numeric_limits<double>::quiet_NaN()};
+        const std::int32_t threads[] = {1, 2, -1, 4097};
+        batch.known.query = static_cast<std::int32_t>(choices.below(choices.chance(16) ? 5 : 4));
+        batch.known.max_distance = limits[choices.below(choices.chance(24) ? 6 : 4)];
+        batch.known.threads = threads[choices.below(choices.chance(16) ? 4 : 2)];
+        faults.add(batch.known.query == 4, CULLET_ERROR_ARGUMENT);
+        faults.add(!(batch.known.max_distance >= 0), CULLET_ERROR_ARGUMENT);
+        faults.add(batch.known.threads < 0 || batch.known.threads > 4096, CULLET_ERROR_ARGUMENT);
+        Random random(choices.below(65536));
+        placeBodies(random, choices.chance(64), batch, faults);
+        for (std::uint32_t left = 1 + choices.below(5); left > 0; --left)
+        {
+            const std::uint32_t first = random.below(kHulls), second = random.below(kHulls);
+            batch.pairs.push_back({first, second});
+        }
+        if (faults.add(choices.chance(16), CULLET_ERROR_ARGUMENT))
+            (choices.chance(128) ? batch.pairs[0].first : batch.pairs[0].second) = kHulls;
+        batch.known.pair_count = batch.pairs.size();
+        return batch;
+    }
+
+    /// @param mayBeWrong whether wrong poses are among them
+    void placeBodies(Random& random, bool mayBeWrong, Batch& batch, Faults& faults)
+    {
+        for (std::uint32_t i = 0; i < kHulls; ++i)
+        {
+            batch.hulls[i] = m_hulls[i].hull;
+            faults.add(m_hulls[i].hull == nullptr, CULLET_ERROR_NULL);
+        }
+        while (batch.placed.size() < 2 * kHulls)
+        {
+            // What place() reads: a turn, one of the kinds, and an origin.
+            std::uint8_t bytes[5];
+            for (std::uint8_t& byte : bytes)
+                byte = static_cast<std::uint8_t>(random.below(256));
+            if (!mayBeWrong)
+                bytes[1] = 0;
+            Choices choices(bytes, sizeof bytes);
+            Placed placed = place(choices, m_hulls[batch.placed.size() % kHulls], faults);
+            if (placed.isIdentity)
+                placed.pose = {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {}};
+            batch.placed.push_back(placed);
+            batch.poses.push_back(placed.pose);
+        }
+    }
+
+    /// Against what the pair is in integers.
+    void checkPair(const Batch& batch, std::size_t index, const cullet_hull_result& result)
+    {
+        const Placed& a = batch.placed[batch.pairs[index].first];
+        const Placed& b = batch.placed[kHulls + batch.pairs[index].second];
+        const LatticeTruth truth = solveLattice(a.points, b.points);
+        const std::int32_t query = batch.known.query;
+        if (query != CULLET_QUERY_OVERLAP)
+        {
+            const bool hasLimit = query != CULLET_QUERY_PENETRATION;
+            checkResult(kBatchName, result, hasLimit ? batch.known.max_distance : 0,
+                        query == CULLET_QUERY_DISTANCE, truth);
+            return;
+        }
+        const std::int32_t state = truth.isSeparated ? CULLET_SEPARATED : CULLET_OVERLAPPING;
+        m_check.require(result.state == state || (isUndecided(truth) && result.state != CULLET_NEAR),
+                        kBatchName, "has state " + std::to_string(result.state));
+        const Vector3<long double> along = {result.axis[0], result.axis[1], result.axis[2]};
+        if (result.state == CULLET_SEPARATED)
+            m_check.require(!isZero(along) && gapAlong(a, b, along) > -1e-12L * truth.size, kBatchName,
+                            "has an axis that does not separate");
     }
 
     /// Whether the state may be either, since the shapes nearly touch.
