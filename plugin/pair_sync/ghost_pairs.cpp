@@ -2,9 +2,13 @@
 // SPDX-License-Identifier: Zlib
 #include "cullet/plugin/pair_sync/ghost_pairs.h"
 
+#include "cullet/broad/boxes/aabb_simd.h"
+#include "cullet/plugin/pair_sync/grown_box.h"
+
 #include <BulletCollision/CollisionDispatch/btCollisionObject.h>
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 namespace cullet
@@ -18,6 +22,21 @@ bool isGhost(const Proxy& proxy)
     const auto* object = static_cast<const btCollisionObject*>(proxy.m_clientObject);
     return object != nullptr && object->getInternalType() == btCollisionObject::CO_GHOST_OBJECT;
 }
+
+/// How much larger than its box the reach of a ghost is, on each side.
+float skinOf(const Aabb& box) noexcept
+{
+    const float extents[] = {box.max[0] - box.min[0], box.max[1] - box.min[1], box.max[2] - box.min[2]};
+    return 0.5f * std::min({extents[0], extents[1], extents[2]});
+}
+
+/// Whether a ghost that was in `former`, its box or its reach, will stay inside a reach for some more moves like this.
+bool isWalking(const Aabb& former, const Aabb& box) noexcept
+{
+    constexpr float kMoves = 4;
+    const float skin = skinOf(box);
+    return skin > 0 && std::isfinite(skin) && box != former && encloses(grown(former, skin / kMoves), box);
+}
 }  // namespace
 
 void GhostPairs::rescan()
@@ -27,6 +46,7 @@ void GhostPairs::rescan()
     if (isInstalled == m_hasGhostCallback.load(std::memory_order_relaxed))
         return;
     m_ghostBoxes.clear();
+    m_neighbours.clear();
     if (isInstalled)
     {
         m_store.forEach(
@@ -43,6 +63,7 @@ void GhostPairs::rescan()
 void GhostPairs::readBoxesAgain() noexcept
 {
     m_recentredTotal = m_store.recentredTotal();
+    m_neighbours.clear();
     m_store.forEach(
         [this](const Proxy*, std::uint32_t row)
         {
@@ -62,8 +83,61 @@ void GhostPairs::add(const Proxy& proxy)
 void GhostPairs::remove(const Proxy& proxy)
 {
     const std::uint32_t row = ProxyStore::rowOf(&proxy);
-    if (m_ghostBoxes.contains(row))
-        m_ghostBoxes.erase(row);
+    if (!m_ghostBoxes.contains(row))
+        return;
+    m_ghostBoxes.erase(row);
+    m_neighbours.drop(row);
+}
+
+/// Visits the other ghosts whose box or reach overlaps the box, and adds the row to the lists of those.
+template <class Visit>
+void GhostPairs::visitGhostsNear(std::uint32_t row, const Aabb& box, Visit visit)
+{
+    m_ghostBoxes.forEachOverlap(box,
+                                [&](std::uint32_t ghost)
+                                {
+                                    if (ghost == row)
+                                        return;
+                                    if (m_neighbours.isListed(ghost))
+                                        m_neighbours.add(ghost, row);
+                                    visit(ghost);
+                                });
+}
+
+/// Makes the list of a ghost that walks; false where it must do without.
+bool GhostPairs::listNeighbours(std::uint32_t row, const Aabb& box, const QueryIndex& index)
+{
+    const Aabb former = m_ghostBoxes.box(row);
+    const Aabb reach = grown(box, skinOf(box));
+    if (!isWalking(former, box) || !m_neighbours.begin(row, reach))
+        return false;
+    m_ghostBoxes.set(row, reach);
+    const auto list = [&](std::uint32_t other)
+    {
+        if (m_neighbours.isListed(row))
+            m_neighbours.add(row, other);
+    };
+    visitGhostsNear(row, reach, list);
+    index.forEachOverlap(reach,
+                         [&](std::uint32_t other)
+                         {
+                             if (!m_ghostBoxes.contains(other))
+                                 list(other);
+                         });
+    return m_neighbours.isListed(row);
+}
+
+/// Visits all rows that may overlap the new box of a ghost.
+template <class Visit>
+void GhostPairs::visitNearGhost(std::uint32_t row, const Aabb& box, const QueryIndex& index, Visit& visit)
+{
+    if (m_neighbours.isInReach(row, box) || listNeighbours(row, box, index))
+        return m_neighbours.forEach(row, visit);
+    m_neighbours.drop(row);
+    m_ghostBoxes.set(row, box);
+    if (m_neighbours.isAnyListed())
+        visitGhostsNear(row, box, [](std::uint32_t) {});
+    index.forEachOverlap(box, visit);
 }
 
 void GhostPairs::addPairsOfBox(Proxy& proxy, const QueryIndex& index)
@@ -71,27 +145,26 @@ void GhostPairs::addPairsOfBox(Proxy& proxy, const QueryIndex& index)
     const std::uint32_t row = ProxyStore::rowOf(&proxy);
     const Aabb& box = m_store.table().box(row);
     const bool isGhostProxy = m_ghostBoxes.contains(row);
-    if (isGhostProxy)
-        m_ghostBoxes.set(row, box);
     if (!isValid(box))
+    {
+        m_neighbours.drop(row);
+        if (isGhostProxy)
+            m_ghostBoxes.set(row, box);
         return;
+    }
     // Moved out of the member, because a callback of the application may set the box of another proxy during the loop.
     std::vector<std::uint32_t> overlappingIds = std::move(m_overlappingIds);
     overlappingIds.clear();
     const auto collect = [&](std::uint32_t other)
     {
-        const Aabb& otherBox = m_store.table().box(other);
-        if (other != row && isValid(otherBox) && overlaps(otherBox, box))
+        // Whether the other box is valid is tested when the pair is added.
+        if (other != row && overlapsBranchless(m_store.table().box(other), box))
             overlappingIds.push_back(m_store.table().uniqueId(other));
     };
     if (isGhostProxy)
-    {
-        index.forEachOverlap(box, collect);
-    }
+        visitNearGhost(row, box, index, collect);
     else
-    {
-        m_ghostBoxes.forEachOverlap(box, collect);
-    }
+        visitGhostsNear(row, box, collect);
     std::sort(overlappingIds.begin(), overlappingIds.end());
     const std::uint32_t uniqueId = uniqueIdOf(&proxy);
     for (const std::uint32_t id : overlappingIds)

@@ -290,7 +290,7 @@ TEST(LossCases, AskGridInsteadOfTreeOrScanForOneRayInFrame)
     }
 }
 
-TEST(LossCases, UpdateTreeOnceForEachGhostThatWalksAndSeldomBuildIt)
+TEST(LossCases, SearchGhostsThatWalkInFewOfTheirMovesAndSeldomBuildTheTree)
 {
     constexpr std::uint64_t kCharacters = 400, kFrames = 20;
     btGhostPairCallback callback;
@@ -309,7 +309,7 @@ TEST(LossCases, UpdateTreeOnceForEachGhostThatWalksAndSeldomBuildIt)
     const BroadphaseStats after = cubes.broadphase().stats();
     EXPECT_EQ(after.ghosts, kCharacters);
     EXPECT_LE(after.queryTreeBuildsTotal, kFrames / 4);
-    EXPECT_LE(after.queryTreeSyncsTotal - before.queryTreeSyncsTotal, kFrames * kCharacters);
+    EXPECT_LE(after.queryTreeSyncsTotal - before.queryTreeSyncsTotal, kFrames * kCharacters / 8);
     EXPECT_LE(cubes.mostTests(), kCharacters * kCharacters);
 }
 }  // namespace
