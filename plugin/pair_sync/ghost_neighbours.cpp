@@ -53,12 +53,24 @@ bool GhostNeighbours::begin(std::uint32_t row, const Aabb& reach) noexcept
     return true;
 }
 
+/// The entry of the row; null if there is none.
+std::uint32_t* GhostNeighbours::find(List& list, std::uint32_t row) noexcept
+{
+    std::uint32_t* const end = list.rows + list.count;
+    std::uint32_t* const found =
+        std::find_if(static_cast<std::uint32_t*>(list.rows), end,
+                     [row](std::uint32_t entry) { return (entry & ~kPaired) == row; });
+    return found == end ? nullptr : found;
+}
+
 void GhostNeighbours::add(std::uint32_t ghost, std::uint32_t row) noexcept
 {
     List& list = m_lists[m_slots[ghost]];
-    const std::uint32_t* const end = list.rows + list.count;
-    if (std::find(static_cast<const std::uint32_t*>(list.rows), end, row) != end)
+    if (std::uint32_t* const entry = find(list, row))
+    {
+        *entry = row;
         return;
+    }
     if (list.count < kMost)
     {
         list.rows[list.count++] = row;
@@ -66,6 +78,23 @@ void GhostNeighbours::add(std::uint32_t ghost, std::uint32_t row) noexcept
     }
     drop(ghost);
     list.wait = kLongWait;
+}
+
+void GhostNeighbours::setPairedIn(std::uint32_t ghost, std::uint32_t row, bool isPaired) noexcept
+{
+    if (!isListed(ghost))
+        return;
+    if (std::uint32_t* const entry = find(m_lists[m_slots[ghost]], row))
+        *entry = isPaired ? row | kPaired : row;
+}
+
+void GhostNeighbours::forgetPaired() noexcept
+{
+    for (List& list : m_lists)
+    {
+        for (std::uint32_t i = 0; list.isListed && i < list.count; ++i)
+            list.rows[i] &= ~kPaired;
+    }
 }
 
 void GhostNeighbours::drop(std::uint32_t row) noexcept

@@ -127,12 +127,30 @@ bool GhostPairs::listNeighbours(std::uint32_t row, const Aabb& box, const QueryI
     return m_neighbours.isListed(row);
 }
 
-/// Visits all rows that may overlap the new box of a ghost.
+/// Visits the listed rows whose pairs with the ghost may be missing. The pair of two that overlapped before is in the
+/// cache: whichever of them moves adds it.
 template <class Visit>
-void GhostPairs::visitNearGhost(std::uint32_t row, const Aabb& box, const QueryIndex& index, Visit& visit)
+void GhostPairs::visitListed(const Proxy& ghost, const Aabb& box, Visit& visit)
 {
+    const std::uint32_t row = ProxyStore::rowOf(&ghost);
+    m_neighbours.forEach(row,
+                         [&](std::uint32_t other, bool isPaired)
+                         {
+                             if (!isPaired)
+                                 visit(other);
+                             else if (!overlapsBranchless(m_store.table().box(other), box) ||
+                                      !overlapsExactly(ghost, *m_store.at(other)))
+                                 m_neighbours.setPaired(row, other, false);
+                         });
+}
+
+/// Visits rows that may overlap the new box of a ghost, all whose pairs may be missing among them.
+template <class Visit>
+void GhostPairs::visitNearGhost(const Proxy& ghost, const Aabb& box, const QueryIndex& index, Visit& visit)
+{
+    const std::uint32_t row = ProxyStore::rowOf(&ghost);
     if (m_neighbours.isInReach(row, box) || listNeighbours(row, box, index))
-        return m_neighbours.forEach(row, visit);
+        return visitListed(ghost, box, visit);
     m_neighbours.drop(row);
     m_ghostBoxes.set(row, box);
     if (m_neighbours.isAnyListed())
@@ -140,8 +158,32 @@ void GhostPairs::visitNearGhost(std::uint32_t row, const Aabb& box, const QueryI
     index.forEachOverlap(box, visit);
 }
 
+/// Records which of the pairs of a proxy that may be new are in the cache now, after callbacks of the application.
+void GhostPairs::recordPaired(Proxy& proxy, const std::vector<std::uint32_t>& ids)
+{
+    if (!m_neighbours.isAnyListed() || !m_pairSync.adapter().countsExternalChanges())
+        return;
+    for (const std::uint32_t id : ids)
+    {
+        Proxy* other = m_store.find(id);
+        if (other != nullptr && m_pairSync.hasOverlap(proxy, *other))
+            m_neighbours.setPaired(ProxyStore::rowOf(&proxy), ProxyStore::rowOf(other), true);
+    }
+}
+
+/// Forgets which pairs are in the cache after the application has changed it.
+void GhostPairs::followCache() noexcept
+{
+    const std::uint64_t changes = m_pairSync.adapter().externalChanges();
+    if (changes == m_externalChanges)
+        return;
+    m_externalChanges = changes;
+    m_neighbours.forgetPaired();
+}
+
 void GhostPairs::addPairsOfBox(Proxy& proxy, const QueryIndex& index)
 {
+    followCache();
     const std::uint32_t row = ProxyStore::rowOf(&proxy);
     const Aabb& box = m_store.table().box(row);
     const bool isGhostProxy = m_ghostBoxes.contains(row);
@@ -162,7 +204,7 @@ void GhostPairs::addPairsOfBox(Proxy& proxy, const QueryIndex& index)
             overlappingIds.push_back(m_store.table().uniqueId(other));
     };
     if (isGhostProxy)
-        visitNearGhost(row, box, index, collect);
+        visitNearGhost(proxy, box, index, collect);
     else
         visitGhostsNear(row, box, collect);
     std::sort(overlappingIds.begin(), overlappingIds.end());
@@ -173,6 +215,8 @@ void GhostPairs::addPairsOfBox(Proxy& proxy, const QueryIndex& index)
         if (other != nullptr && m_store.find(uniqueId) == &proxy)
             m_pairSync.addImmediately(proxy, *other);
     }
+    if (m_store.find(uniqueId) == &proxy)
+        recordPaired(proxy, overlappingIds);
     m_overlappingIds = std::move(overlappingIds);
 }
 }  // namespace CULLET_PRECISION

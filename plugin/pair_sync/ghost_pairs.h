@@ -80,9 +80,13 @@ private:
     }
     void readBoxesAgain() noexcept;
     void addPairsOfBox(Proxy& proxy, const QueryIndex& index);
+    void recordPaired(Proxy& proxy, const std::vector<std::uint32_t>& ids);
+    void followCache() noexcept;
     bool listNeighbours(std::uint32_t row, const Aabb& box, const QueryIndex& index);
     template <class Visit>
-    void visitNearGhost(std::uint32_t row, const Aabb& box, const QueryIndex& index, Visit& visit);
+    void visitListed(const Proxy& ghost, const Aabb& box, Visit& visit);
+    template <class Visit>
+    void visitNearGhost(const Proxy& ghost, const Aabb& box, const QueryIndex& index, Visit& visit);
     template <class Visit>
     void visitGhostsNear(std::uint32_t row, const Aabb& box, Visit visit);
 
@@ -93,7 +97,8 @@ private:
     std::atomic<bool> m_hasGhostCallback{false};
     std::mutex m_rescan;
     std::vector<std::uint32_t> m_overlappingIds;
-    std::uint32_t m_recentredTotal = 0;  ///< of the store, at the last readBoxesAgain()
+    std::uint64_t m_externalChanges = 0;  ///< of the cache, at the last followCache()
+    std::uint32_t m_recentredTotal = 0;   ///< of the store, at the last readBoxesAgain()
 };
 }  // namespace CULLET_PRECISION
 }  // namespace cullet
