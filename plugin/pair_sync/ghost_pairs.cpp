@@ -23,11 +23,30 @@ bool isGhost(const Proxy& proxy)
     return object != nullptr && object->getInternalType() == btCollisionObject::CO_GHOST_OBJECT;
 }
 
+/// Whether the boxes of the table are not always the exact ones.
+constexpr bool kIsRounded = sizeof(btScalar) != sizeof(float);
+
 /// How much larger than its box the reach of a ghost is, on each side.
 float skinOf(const Aabb& box) noexcept
 {
     const float extents[] = {box.max[0] - box.min[0], box.max[1] - box.min[1], box.max[2] - box.min[2]};
-    return 0.5f * std::min({extents[0], extents[1], extents[2]});
+    return 0.75f * std::min({extents[0], extents[1], extents[2]});
+}
+
+/// The reach of a ghost that walks from one box, or reach, to another: it lies ahead.
+Aabb reachOf(const Aabb& former, const Aabb& box) noexcept
+{
+    const float skin = skinOf(box);
+    Aabb reach = grown(box, skin);
+    for (int axis = 0; axis < 3; ++axis)
+    {
+        const float way =
+            0.5f * box.min[axis] + 0.5f * box.max[axis] - 0.5f * former.min[axis] - 0.5f * former.max[axis];
+        const float ahead = std::clamp(way, -0.5f * skin, 0.5f * skin);
+        reach.min[axis] += ahead;
+        reach.max[axis] += ahead;
+    }
+    return reach;
 }
 
 /// Whether a ghost that was in `former`, its box or its reach, will stay inside a reach for some more moves like this.
@@ -35,7 +54,8 @@ bool isWalking(const Aabb& former, const Aabb& box) noexcept
 {
     constexpr float kMoves = 4;
     const float skin = skinOf(box);
-    return skin > 0 && std::isfinite(skin) && box != former && encloses(grown(former, skin / kMoves), box);
+    return skin > 0 && std::isfinite(skin) && box != former && encloses(grown(former, skin / kMoves), box) &&
+           encloses(grown(box, kMoves * skin), former);
 }
 }  // namespace
 
@@ -108,8 +128,10 @@ void GhostPairs::visitGhostsNear(std::uint32_t row, const Aabb& box, Visit visit
 bool GhostPairs::listNeighbours(std::uint32_t row, const Aabb& box, const QueryIndex& index)
 {
     const Aabb former = m_ghostBoxes.box(row);
-    const Aabb reach = grown(box, skinOf(box));
-    if (!isWalking(former, box) || !m_neighbours.begin(row, reach))
+    if (!isWalking(former, box))
+        return false;
+    const Aabb reach = reachOf(former, box);
+    if (!m_neighbours.begin(row, reach))
         return false;
     m_ghostBoxes.set(row, reach);
     const auto list = [&](std::uint32_t other)
@@ -139,7 +161,7 @@ void GhostPairs::visitListed(const Proxy& ghost, const Aabb& box, Visit& visit)
                              if (!isPaired)
                                  visit(other);
                              else if (!overlapsBranchless(m_store.table().box(other), box) ||
-                                      !overlapsExactly(ghost, *m_store.at(other)))
+                                      (kIsRounded && !overlapsExactly(ghost, *m_store.at(other))))
                                  m_neighbours.setPaired(row, other, false);
                          });
 }
