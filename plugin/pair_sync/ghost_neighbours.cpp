@@ -77,7 +77,6 @@ void GhostNeighbours::add(std::uint32_t ghost, std::uint32_t row) noexcept
         return;
     }
     drop(ghost);
-    list.wait = kLongWait;
 }
 
 void GhostNeighbours::setPairedIn(std::uint32_t ghost, std::uint32_t row, bool isPaired) noexcept

@@ -18,7 +18,7 @@ namespace cullet
 /// A listed row is *paired* if the pair cache had the pair when either of the two had last moved, and both boxes
 /// overlapped.
 ///
-/// 128 bytes for each ghost that ever had a list, and 4 per row.
+/// 192 bytes for each ghost that ever had a list, and 4 per row.
 class GhostNeighbours
 {
 public:
@@ -38,6 +38,9 @@ public:
     /// Adds a row to the list of a listed ghost, not paired; one that is there is not paired any more. A full list is
     /// dropped.
     void add(std::uint32_t ghost, std::uint32_t row) noexcept;
+
+    /// Lets begin() fail for some moves: the ghost has more neighbours than a list takes.
+    void postpone(std::uint32_t row) noexcept { m_lists[m_slots[row]].wait = kLongWait; }
 
     /// Drops the list of the ghost, if it has one.
     void drop(std::uint32_t row) noexcept;
@@ -66,8 +69,8 @@ public:
 private:
     static constexpr std::uint32_t kNone = ~std::uint32_t{0};
     static constexpr std::uint32_t kPaired = std::uint32_t{1} << 31;  // added to a row of a list
-    static constexpr std::uint32_t kMost = 24;                        // rows of a list
-    static constexpr std::uint16_t kLongWait = 16;  // calls of begin() that fail after a list was full
+    static constexpr std::uint32_t kMost = 40;                        // rows of a list
+    static constexpr std::uint16_t kLongWait = 16;  // calls of begin() that fail after postpone()
 
     struct List
     {

@@ -146,7 +146,10 @@ bool GhostPairs::listNeighbours(std::uint32_t row, const Aabb& box, const QueryI
                              if (!m_ghostBoxes.contains(other))
                                  list(other);
                          });
-    return m_neighbours.isListed(row);
+    if (m_neighbours.isListed(row))
+        return true;
+    m_neighbours.postpone(row);
+    return false;
 }
 
 /// Visits the listed rows whose pairs with the ghost may be missing. The pair of two that overlapped before is in the

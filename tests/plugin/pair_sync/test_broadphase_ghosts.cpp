@@ -360,6 +360,21 @@ TEST(BroadphaseGhosts, KnowAllOverlapsWhileTheyWalkAndOthersJumpComeAndGo)
     }
 }
 
+TEST(BroadphaseGhosts, GainPairAgainWhenTheyWalkOnAfterApplicationTookItOut)
+{
+    GhostWorld scene;
+    auto* other = scene.add<btCollisionObject>(vec(0, 0, 0));
+    auto* ghost = scene.add<btGhostObject>(vec(0.5, 0, 0));
+    for (const double x : {0.51, 0.52, 0.53})
+        scene.move(ghost, vec(x, 0, 0));
+    ASSERT_EQ(ghost->getNumOverlappingObjects(), 1);
+    scene.world.getPairCache()->removeOverlappingPair(ghost->getBroadphaseHandle(),
+                                                      other->getBroadphaseHandle(), &scene.dispatcher);
+    ASSERT_EQ(ghost->getNumOverlappingObjects(), 0);
+    scene.move(ghost, vec(0.54, 0, 0));
+    EXPECT_EQ(ghost->getNumOverlappingObjects(), 1);
+}
+
 TEST(BroadphaseGhosts, DoNotAskFilterAgainForRefusedBodyWithinItsSkin)
 {
     struct Refusal final : btOverlapFilterCallback
