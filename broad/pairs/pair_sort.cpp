@@ -301,6 +301,9 @@ void PairSort::sortMany(ParallelLoops& workers, const std::vector<KeyList>& list
 
 void PairSort::write(std::vector<std::uint64_t>& keys, Pairs& pairs)
 {
+    // As in most updates of a small world.
+    if (keys.empty())
+        return pairs.clear();
     m_sorted.resize(sortableCount(keys.size()));
     sortKeys(keys.data(), m_sorted.data(), keys.size());
     pairs.resize(keys.size());

@@ -57,7 +57,9 @@ void findOverlaps(const BoxArrays& boxes, std::uint32_t row, float growth, std::
     for (std::uint32_t word = firstWord; word < boxes.stride / 64; ++word)
     {
         std::uint64_t found = 0;
-        for (std::uint32_t lane = 0; lane < 64; lane += Lanes::kWidth)
+        const std::uint32_t rows = boxes.rows > 64 * word ? boxes.rows - 64 * word : 0;
+        const std::uint32_t lanes = rows < 64 ? rows : 64;
+        for (std::uint32_t lane = 0; lane < lanes; lane += Lanes::kWidth)
             found |= std::uint64_t{query.test(64 * word + lane)} << lane;
         bits[word] = found;
     }

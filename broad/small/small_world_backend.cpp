@@ -115,7 +115,7 @@ void SmallWorldBackend::makeSkins(const ProxyView& view)
     m_skins.begin(view);
     for (std::uint32_t row = 0; row < view.size; ++row)
     {
-        m_kernels.findOverlaps({m_limits.data(), m_stride}, row, m_skins.pairSkin(), row / 64,
+        m_kernels.findOverlaps({m_limits.data(), m_stride, view.size}, row, m_skins.pairSkin(), row / 64,
                                m_found.data());
         for (std::uint32_t word = row / 64; word < m_stride / 64; ++word)
         {
@@ -187,7 +187,7 @@ void SmallWorldBackend::load(const ProxyView& view, std::uint32_t row)
 
 void SmallWorldBackend::updateRow(const ProxyView& view, std::uint32_t row, std::uint32_t firstWord)
 {
-    m_kernels.findOverlaps({m_limits.data(), m_stride}, row, 0.0f, firstWord, m_found.data());
+    m_kernels.findOverlaps({m_limits.data(), m_stride, view.size}, row, 0.0f, firstWord, m_found.data());
     m_found[row / 64] &= ~(std::uint64_t{1} << row % 64);
     const std::uint32_t words = m_stride / 64;
     for (std::uint32_t word = firstWord; word < words; ++word)

@@ -22,6 +22,12 @@ public:
     bool isEmpty() const noexcept { return m_size == 0; }
     bool contains(std::uint32_t row) const noexcept { return row < m_slots.size() && m_slots[row] != kNone; }
 
+    /// The box of the last insert() or set(). @pre the row is in the list
+    Aabb box(std::uint32_t row) const noexcept
+    {
+        return boxAt(m_levels[0][m_slots[row] / kLanes], m_slots[row] % kLanes);
+    }
+
     /// @pre the row is not in the list
     void insert(std::uint32_t row, const Aabb& box);
     /// @pre the row is in the list

@@ -4,6 +4,7 @@
 
 #include "cullet/broad/queries/query_index.h"
 #include "cullet/plugin/pair_sync/ghost_boxes.h"
+#include "cullet/plugin/pair_sync/ghost_neighbours.h"
 #include "cullet/plugin/pair_sync/pair_sync.h"
 #include "cullet/plugin/proxies/proxy_store.h"
 
@@ -21,6 +22,10 @@ inline namespace CULLET_PRECISION
 ///
 /// Ghosts exist only while a ghost pair callback is installed in the pair cache; without one the client object of a
 /// proxy may be anything and is not accessed. When a callback is installed, all existing ghost objects become ghosts.
+///
+/// A ghost that moves is searched for in the index, once it leaves what its last search covered: GhostNeighbours lists
+/// what is near a ghost that walks. The tree of ghosts then has the ghost's reach instead of its box, so that whatever
+/// comes near is added to the list.
 class GhostPairs
 {
 public:
@@ -64,7 +69,7 @@ public:
     }
 
     std::uint32_t count() const noexcept { return m_ghostBoxes.size(); }
-    std::uint64_t bytes() const noexcept { return m_ghostBoxes.bytes(); }
+    std::uint64_t bytes() const noexcept { return m_ghostBoxes.bytes() + m_neighbours.bytes(); }
 
 private:
     void rescan();
@@ -75,14 +80,25 @@ private:
     }
     void readBoxesAgain() noexcept;
     void addPairsOfBox(Proxy& proxy, const QueryIndex& index);
+    void recordPaired(Proxy& proxy, const std::vector<std::uint32_t>& ids);
+    void followCache() noexcept;
+    bool listNeighbours(std::uint32_t row, const Aabb& box, const QueryIndex& index);
+    template <class Visit>
+    void visitListed(const Proxy& ghost, const Aabb& box, Visit& visit);
+    template <class Visit>
+    void visitNearGhost(const Proxy& ghost, const Aabb& box, const QueryIndex& index, Visit& visit);
+    template <class Visit>
+    void visitGhostsNear(std::uint32_t row, const Aabb& box, Visit visit);
 
     ProxyStore& m_store;
     PairSync& m_pairSync;
-    GhostBoxes m_ghostBoxes;
+    GhostBoxes m_ghostBoxes;  ///< of a ghost in m_neighbours: its reach
+    GhostNeighbours m_neighbours;
     std::atomic<bool> m_hasGhostCallback{false};
     std::mutex m_rescan;
     std::vector<std::uint32_t> m_overlappingIds;
-    std::uint32_t m_recentredTotal = 0;  ///< of the store, at the last readBoxesAgain()
+    std::uint64_t m_externalChanges = 0;  ///< of the cache, at the last followCache()
+    std::uint32_t m_recentredTotal = 0;   ///< of the store, at the last readBoxesAgain()
 };
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

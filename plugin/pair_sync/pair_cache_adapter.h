@@ -37,6 +37,7 @@ public:
     {
         return m_culletCache != nullptr ? m_culletCache->changesByCallers() : 0;
     }
+    bool countsExternalChanges() const noexcept { return m_culletCache != nullptr; }
     /// Pairs that add() did not add because of lack of memory, if the cache counts them.
     std::uint64_t pairsWithoutMemory() const
     {

@@ -267,6 +267,8 @@ void PairSync::collectToReevaluate(const ProxyView& view, bool mustReevaluateAll
     m_deferredPairs.collectToReevaluate(view, m_toReevaluate, m_due);
     if (mustReevaluateAll)
         m_toReevaluate = m_deferredPairs.pairs();
+    if (m_toReevaluate.empty())
+        return;
     sortUnique(m_toReevaluate);
     // The backend has dropped separated pairs: they are no longer deferred, and new when they overlap again.
     const auto hasSeparated = [&](Pair pair)
@@ -327,6 +329,8 @@ void PairSync::deferSeparated(float margin)
 
 void PairSync::applyRemoved(float margin, btDispatcher* dispatcher)
 {
+    if (m_separatedPairs.empty() && m_delta.removed.empty() && m_speculativePairs.size() == 0)
+        return;
     deferSeparated(margin);
     m_scratch = m_separatedPairs;
     for (const Pair pair : m_delta.removed)
@@ -376,6 +380,9 @@ inline void PairSync::prefetchAddition(std::size_t index, bool readsTable) const
 
 void PairSync::applyAdded(float margin)
 {
+    m_scratch.clear();
+    if (m_toReevaluate.empty() && m_delta.added.empty())
+        return;
     // Both lists are sorted, and no pair is in both: the backend already holds the deferred pairs.
     m_scratch.resize(m_toReevaluate.size() + m_delta.added.size());
     std::merge(m_toReevaluate.begin(), m_toReevaluate.end(), m_delta.added.begin(), m_delta.added.end(),

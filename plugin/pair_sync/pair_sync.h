@@ -49,6 +49,9 @@ public:
     /// Adds the pair of a ghost immediately, if the exact boxes overlap and the filter agrees.
     void addImmediately(Proxy& a, Proxy& b);
 
+    /// Whether the exact boxes overlap and the cache has the pair.
+    bool hasOverlap(Proxy& a, Proxy& b) const { return overlapNow(a, b) && m_adapter.contains(a, b); }
+
     /// Removes all pairs of a proxy that has not been destroyed yet.
     void removePairsOf(Proxy& proxy, btDispatcher* dispatcher);
 

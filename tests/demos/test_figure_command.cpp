@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #include "cullet/tests/demos/program.h"
 
+#include <cmath>
 #include <filesystem>
 #include <map>
 #include <set>

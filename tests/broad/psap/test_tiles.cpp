@@ -5,6 +5,8 @@
 
 #include "cullet/tests/broad/psap/counting_search_probe.h"
 
+#include <cmath>
+
 namespace cullet::test
 {
 namespace

@@ -70,7 +70,13 @@ TEST(OverlapKernels, FindOverlapsOfPredicateWithEveryWidth)
         {
             const std::uint32_t firstWord = row / 64;
             std::uint64_t bits[kColumns / 64] = {};
-            kernel->findOverlaps({columns.limits.data(), kColumns}, row, 0.0f, firstWord, bits);
+            kernel->findOverlaps({columns.limits.data(), kColumns, kColumns}, row, 0.0f, firstWord, bits);
+            std::uint64_t someBits[kColumns / 64] = {};
+            kernel->findOverlaps({columns.limits.data(), kColumns, row + 1}, row, 0.0f, firstWord, someBits);
+            EXPECT_EQ(someBits[firstWord] & 1, bits[firstWord] & 1);
+            EXPECT_EQ((someBits[firstWord] ^ bits[firstWord]) >> row % 64 & 1, 0u);
+            for (std::uint32_t word = firstWord + 1; word < kColumns / 64; ++word)
+                EXPECT_EQ(someBits[word], 0u);
             for (std::uint32_t column = 64 * firstWord; column < kColumns; ++column)
             {
                 const Aabb& a = columns.boxes[row];

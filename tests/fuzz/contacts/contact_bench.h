@@ -6,6 +6,7 @@
 
 #include <btBulletCollisionCommon.h>
 
+#include <cmath>
 #include <memory>
 #include <sstream>
 #include <string>

@@ -7,6 +7,7 @@
 #include "cullet/tests/fuzz/hulls/lattice_hull.h"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <set>
 #include <sstream>

@@ -9,6 +9,7 @@
 #include <BulletCollision/CollisionShapes/btTriangleShape.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <optional>
 #include <random>
 #include <string>

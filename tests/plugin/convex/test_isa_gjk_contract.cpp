@@ -11,6 +11,7 @@
 #include <LinearMath/btPoolAllocator.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <limits>
 #include <malloc.h>
 #include <random>

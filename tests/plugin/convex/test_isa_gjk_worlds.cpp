@@ -6,6 +6,7 @@
 #include <BulletCollision/CollisionShapes/btTriangleShape.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <string>
 #include <utility>
 

@@ -279,6 +279,102 @@ TEST(BroadphaseGhosts, HaveAtLeastTheirExactOverlapsAtAnyTime)
     EXPECT_GT(scene.callback.removedCount, 100);
 }
 
+/// Ghosts and bodies that walk, jump, come and go in a cube of some edge.
+class RestlessGhosts
+{
+public:
+    explicit RestlessGhosts(double edge) : m_edge(static_cast<float>(edge))
+    {
+        for (int i = 0; i < 100; ++i)
+            m_bodies.push_back(m_scene.add<btCollisionObject>(anywhere()));
+        for (int i = 0; i < 40; ++i)
+            m_ghosts.push_back(m_scene.add<btGhostObject>(anywhere()));
+    }
+
+    void changeOne()
+    {
+        const bool isGhost = m_random.chance(0.5f);
+        btCollisionObject*& object = isGhost ? m_ghosts[m_random.below(40)] : m_bodies[m_random.below(100)];
+        if (m_random.chance(0.05f))
+        {
+            m_scene.world.removeCollisionObject(object);
+            object =
+                isGhost ? m_scene.add<btGhostObject>(anywhere()) : m_scene.add<btCollisionObject>(anywhere());
+            return;
+        }
+        const bool jumps = m_random.chance(0.1f);
+        const btVector3 from = object->getWorldTransform().getOrigin();
+        m_scene.move(object, jumps ? anywhere() : from + vec(m_random.point(-0.1f, 0.1f)));
+        if (m_random.chance(0.02f))
+            m_scene.broadphase.calculateOverlappingPairs(&m_scene.dispatcher);
+    }
+
+    /// The overlaps of all ghosts now, each of which the ghost must know.
+    int countOverlaps() const
+    {
+        int overlaps = 0;
+        for (const btCollisionObject* ghost : m_ghosts)
+        {
+            for (const std::vector<btCollisionObject*>* others : {&m_bodies, &m_ghosts})
+            {
+                for (btCollisionObject* other : *others)
+                    overlaps += isKnown(*static_cast<const btGhostObject*>(ghost), *other);
+            }
+        }
+        return overlaps;
+    }
+
+    BroadphaseStats stats() const { return m_scene.broadphase.stats(); }
+
+private:
+    btVector3 anywhere() { return vec(m_random.point(0, m_edge)); }
+
+    static bool isKnown(const btGhostObject& ghost, btCollisionObject& other)
+    {
+        if (&ghost == &other || !overlapNow(*ghost.getBroadphaseHandle(), *other.getBroadphaseHandle()))
+            return false;
+        const auto& known = const_cast<btGhostObject&>(ghost).getOverlappingPairs();
+        EXPECT_LT(known.findLinearSearch(&other), known.size());
+        return true;
+    }
+
+    GhostWorld m_scene;
+    Random m_random{40};
+    float m_edge;
+    std::vector<btCollisionObject*> m_bodies, m_ghosts;
+};
+
+TEST(BroadphaseGhosts, KnowAllOverlapsWhileTheyWalkAndOthersJumpComeAndGo)
+{
+    // Up to a few neighbours a ghost, and more than a list of them takes.
+    for (const double edge : {8.0, 2.0})
+    {
+        RestlessGhosts scene(edge);
+        int overlaps = 0;
+        for (int change = 0; change < 3000 && !testing::Test::HasFailure(); ++change)
+        {
+            scene.changeOne();
+            overlaps += scene.countOverlaps();
+        }
+        EXPECT_GT(overlaps, 30000) << "edge " << edge << ", seed 40";
+    }
+}
+
+TEST(BroadphaseGhosts, GainPairAgainWhenTheyWalkOnAfterApplicationTookItOut)
+{
+    GhostWorld scene;
+    auto* other = scene.add<btCollisionObject>(vec(0, 0, 0));
+    auto* ghost = scene.add<btGhostObject>(vec(0.5, 0, 0));
+    for (const double x : {0.51, 0.52, 0.53})
+        scene.move(ghost, vec(x, 0, 0));
+    ASSERT_EQ(ghost->getNumOverlappingObjects(), 1);
+    scene.world.getPairCache()->removeOverlappingPair(ghost->getBroadphaseHandle(),
+                                                      other->getBroadphaseHandle(), &scene.dispatcher);
+    ASSERT_EQ(ghost->getNumOverlappingObjects(), 0);
+    scene.move(ghost, vec(0.54, 0, 0));
+    EXPECT_EQ(ghost->getNumOverlappingObjects(), 1);
+}
+
 TEST(BroadphaseGhosts, DoNotAskFilterAgainForRefusedBodyWithinItsSkin)
 {
     struct Refusal final : btOverlapFilterCallback

@@ -5,6 +5,7 @@
 #include <BulletCollision/BroadphaseCollision/btDbvtBroadphase.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <vector>
 
 namespace cullet::test
