@@ -143,11 +143,12 @@ void MeshPoints::reduce(int most)
     while (selection.selected() < most && selection.add())
     {
     }
-    std::array<MeshPoint, kKept> kept;
+    std::array<Room, kKept> kept;
     m_count = selection.selected();
     for (int i = 0; i < m_count; ++i)
-        kept[static_cast<std::size_t>(i)] = selection.point(i);
-    std::copy_n(kept.begin(), m_count, m_points.begin());
+        new (&kept[static_cast<std::size_t>(i)].point) MeshPoint(selection.point(i));
+    for (std::size_t i = 0; i < static_cast<std::size_t>(m_count); ++i)
+        m_points[i].point = kept[i].point;
 }
 }  // namespace CULLET_PRECISION
 }  // namespace cullet
