@@ -148,7 +148,8 @@ TrianglePass::TrianglePass(IsaGjkRegistration& isaGjk, MeshQuery& query, const b
       m_info(info),
       m_result(result),
       m_frame(convex.getWorldTransform(), mesh.getWorldTransform(),
-              m_side.kind == ConvexKind::Sphere ? FrameAxes::World : FrameAxes::Core),
+              m_side.kind == ConvexKind::Sphere || m_side.kind == ConvexKind::Support ? FrameAxes::World
+                                                                                      : FrameAxes::Core),
       m_limits{marginOfMesh(m_side, mesh), query.manifold.getContactBreakingThreshold()},
       m_showsEveryPoint(showsEveryPoint()),
       m_reading(correctsEdges() ? Reading::Candidates : Reading::Batch),
@@ -318,6 +319,9 @@ bool TrianglePass::correct(MeshPoint& point)
 /// @return false for a core without points, or without memory
 bool TrianglePass::examineCore()
 {
+    // Bounds along the core's own axes are tight. Fewer triangles are not compared with bounds.
+    if (m_side.kind == ConvexKind::Support && m_batch.count() > kMostPatches)
+        m_frame = CoreFrame(m_convex.getWorldTransform(), m_mesh.getWorldTransform(), FrameAxes::Core);
     m_search.emplace(m_isaGjk, m_side, m_frame, m_query.hulls, m_limits);
     return m_search->isPossible();
 }
@@ -406,16 +410,27 @@ void TrianglePass::ask(int i)
 void TrianglePass::askBullet(const TriangleBatch::Triangle& triangle)
 {
     const WrappedTriangle wrapped(m_mesh, triangle);
+    if (m_side.kind == ConvexKind::Support && m_reading == Reading::Batch)
+    {
+        // The manifold gets every point as it is.
+        const ShownTriangle shown(m_result, m_mesh, wrapped.wrap());
+        return askBullet(wrapped.wrap(), m_result);
+    }
     const auto add = [&](MeshPoint point)
     {
         if (m_reading == Reading::Batch || correct(point))
             m_points.add(point);
     };
     Collector<decltype(add)> result(m_convex, wrapped.wrap(), triangle, m_frame, add);
+    askBullet(wrapped.wrap(), result);
+}
+
+void TrianglePass::askBullet(const btCollisionObjectWrapper& triangle, btManifoldResult& result)
+{
     const btCollisionAlgorithmConstructionInfo construction(&m_dispatcher, 0);
-    btConvexConvexAlgorithm algorithm(&m_query.manifold, construction, &m_convex, &wrapped.wrap(),
+    btConvexConvexAlgorithm algorithm(&m_query.manifold, construction, &m_convex, &triangle,
                                       m_isaGjk.stock().m_pdSolver, 0, 0);
-    algorithm.processCollision(&m_convex, &wrapped.wrap(), m_info, &result);
+    algorithm.processCollision(&m_convex, &triangle, m_info, &result);
 }
 
 /// Adds what the last search has found.

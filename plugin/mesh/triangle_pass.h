@@ -110,6 +110,7 @@ private:
     ContactSearchResult search(int i, const TriangleSearch::Corners& corners);
     void addTouch(int i);
     void askBullet(const TriangleBatch::Triangle& triangle);
+    void askBullet(const btCollisionObjectWrapper& triangle, btManifoldResult& result);
     void makePatches();
     void showPoints();
     void useAxes();

@@ -123,5 +123,25 @@ TEST_P(FewTriangles, AreLeftOutOnlyWhereALoopOverAllFindsNothing)
 INSTANTIATE_TEST_SUITE_P(All, FewTriangles,
                          testing::Values("Box", "Capsule", "Sphere", "Cylinder", "Hull12", "Hull64"),
                          [](const testing::TestParamInfo<const char*>& info) { return info.param; });
+
+TEST(FewTrianglesOfCylinder, GiveBitsOfBulletsLoop)
+{
+    std::mt19937 engine(4106);
+    SCOPED_TRACE("seed 4106");
+    const std::unique_ptr<btConvexShape> body = makeSmallBody("Cylinder", engine);
+    TriangleSoup soup;
+    addHugeTriangles(soup);
+    MeshBench ours(Loop::Ours, *body, soup), plain(Loop::Plain, *body, soup);
+    int touching = 0;
+    for (int i = 0; i < posesToTry(600); ++i)
+    {
+        const btTransform at = poseOverHugeTriangles(engine);
+        const btPersistentManifold& found = ours.stepFromNothing(at, btTransform::getIdentity());
+        ASSERT_TRUE(arePointsEqual(found, plain.stepFromNothing(at, btTransform::getIdentity())))
+            << "pose " << i;
+        touching += found.getNumContacts() > 0;
+    }
+    EXPECT_GT(touching, 150);
+}
 }  // namespace
 }  // namespace cullet::test
