@@ -78,9 +78,12 @@ public:
     }
 
     int selected() const { return m_selected; }
-    const MeshPoint& point(int i) const { return m_set[m_order[static_cast<std::size_t>(i)]]; }
+    /// Of the selected points, in the set.
+    int place(int i) const { return m_order[static_cast<std::size_t>(i)]; }
 
 private:
+    const MeshPoint& point(int i) const { return m_set[place(i)]; }
+
     struct Row
     {
         Feature feature;
@@ -143,11 +146,16 @@ void MeshPoints::reduce(int most)
     while (selection.selected() < most && selection.add())
     {
     }
-    std::array<MeshPoint, kKept> kept;
+    std::array<Room, kKept> kept;
     m_count = selection.selected();
-    for (int i = 0; i < m_count; ++i)
-        kept[static_cast<std::size_t>(i)] = selection.point(i);
-    std::copy_n(kept.begin(), m_count, m_points.begin());
+    // Often the first points are where they should be.
+    int first = 0;
+    while (first < m_count && selection.place(first) == first)
+        ++first;
+    for (int i = first; i < m_count; ++i)
+        new (&kept[static_cast<std::size_t>(i)].point) MeshPoint((*this)[selection.place(i)]);
+    for (auto i = static_cast<std::size_t>(first); i < static_cast<std::size_t>(m_count); ++i)
+        m_points[i].point = kept[i].point;
 }
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

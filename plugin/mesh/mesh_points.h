@@ -8,6 +8,8 @@
 #include <Eigen/Core>
 
 #include <array>
+#include <cstddef>
+#include <new>
 
 namespace cullet
 {
@@ -46,7 +48,7 @@ public:
     {
         if (m_count == kRoom)
             reduce(kKept);
-        m_points[static_cast<std::size_t>(m_count++)] = point;
+        new (&m_points[static_cast<std::size_t>(m_count++)].point) MeshPoint(point);
     }
 
     void clear() { m_count = 0; }
@@ -55,17 +57,24 @@ public:
     void reduce(int most);
 
     int count() const { return m_count; }
-    const MeshPoint& operator[](int i) const { return m_points[static_cast<std::size_t>(i)]; }
+    const MeshPoint& operator[](int i) const { return m_points[static_cast<std::size_t>(i)].point; }
 
 private:
     static constexpr int kRoom = 32;
 
     class Selection;
 
+    /// Room for a point that may never be there: to initialise all of it would cost more than the few points of a call.
+    union Room
+    {
+        Room() {}
+        MeshPoint point;
+    };
+
     int deepest() const;
 
     double m_threshold;
-    std::array<MeshPoint, kRoom> m_points;
+    std::array<Room, kRoom> m_points;
     int m_count = 0;
 };
 }  // namespace CULLET_PRECISION

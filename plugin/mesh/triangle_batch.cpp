@@ -22,6 +22,9 @@ constexpr double kMostDistortion = 1e-3;
 /// In roundings of the distances from the origin: how far computed points on one corner or edge are apart.
 constexpr double kSamePlace = 16.0;
 
+/// For so few triangles, a loop over their lanes costs more than it saves.
+constexpr int kFew = 4;
+
 /// Reach of a triangle and bounds of the core.
 struct Limits
 {
@@ -153,15 +156,26 @@ int onlyBit(unsigned bits)
 CoreFrame::CoreFrame(const btTransform& core, const btTransform& mesh, FrameAxes axes)
 {
     const Eigen::Matrix3d basis = basisOf(core).cast<double>(), identity = Eigen::Matrix3d::Identity();
-    const double distortion = (basis.transpose() * basis - identity).cwiseAbs().sum();
-    m_axes = axes == FrameAxes::World ? identity : basis;
-    // Newton's iteration for the nearest rotation; each step squares the distortion.
-    for (int i = 0; axes == FrameAxes::Core && i < 2; ++i)
-        m_axes = m_axes * (1.5 * identity - 0.5 * m_axes.transpose() * m_axes);
+    const Eigen::Matrix3d gram = basis.transpose() * basis, inWorld = basisOf(mesh).cast<double>();
+    const double distortion = (gram - identity).cwiseAbs().sum();
     m_origin = toEigen(core.getOrigin()).cast<double>();
-    m_coreBasis = m_axes.transpose() * basis;
-    m_meshBasis = m_axes.transpose() * basisOf(mesh).cast<double>();
-    m_meshOrigin = m_axes.transpose() * (toEigen(mesh.getOrigin()).cast<double>() - m_origin);
+    const Eigen::Vector3d apart = toEigen(mesh.getOrigin()).cast<double>() - m_origin;
+    if (axes == FrameAxes::World)
+    {
+        m_axes = identity;
+        m_coreBasis = basis;
+        m_meshBasis = inWorld;
+        m_meshOrigin = apart;
+    }
+    else
+    {
+        // Newton's iteration for the nearest rotation; each step squares the distortion.
+        m_axes = basis * (1.5 * identity - 0.5 * gram);
+        m_axes = m_axes * (1.5 * identity - 0.5 * m_axes.transpose() * m_axes);
+        m_coreBasis = m_axes.transpose() * basis;
+        m_meshBasis = m_axes.transpose() * inWorld;
+        m_meshOrigin = m_axes.transpose() * apart;
+    }
     // A NaN makes the comparison false.
     m_isUsable = distortion < kMostDistortion && m_meshBasis.allFinite() && m_meshOrigin.allFinite();
 }
@@ -194,8 +208,10 @@ btVector3 CoreFrame::turnedToWorld(const Eigen::Vector3d& direction) const
     return toBullet(m_axes * direction);
 }
 
-void TriangleBatch::place(const CoreFrame& frame, const CoreBounds& bounds, double limit, double size)
+void TriangleBatch::placeAll(const CoreFrame& frame)
 {
+    if (m_count <= kFew)
+        return placeFew(frame);
     for (int c = 0; c < 3; ++c)
     {
         const btScalar* const from[] = {m_inMesh[c][0].data(), m_inMesh[c][1].data(), m_inMesh[c][2].data()};
@@ -203,6 +219,31 @@ void TriangleBatch::place(const CoreFrame& frame, const CoreBounds& bounds, doub
             kernels().map(from, frame.meshBasis().row(row), frame.meshOrigin()[row], m_count,
                           m_corners[c][row].data());
     }
+    std::fill_n(m_isNear.begin(), m_count, std::uint8_t(1));
+}
+
+/// placeAll() with the same bits, one triangle after the other.
+void TriangleBatch::placeFew(const CoreFrame& frame)
+{
+    const Eigen::Matrix3d& basis = frame.meshBasis();
+    const Eigen::Vector3d& origin = frame.meshOrigin();
+    for (std::size_t i = 0; i < static_cast<std::size_t>(m_count); ++i)
+    {
+        for (int c = 0; c < 3; ++c)
+        {
+            const double x = double(m_inMesh[c][0][i]), y = double(m_inMesh[c][1][i]),
+                         z = double(m_inMesh[c][2][i]);
+            for (int row = 0; row < 3; ++row)
+                m_corners[c][row][i] =
+                    basis(row, 0) * x + basis(row, 1) * y + basis(row, 2) * z + origin[row];
+        }
+        m_isNear[i] = 1;
+    }
+}
+
+void TriangleBatch::place(const CoreFrame& frame, const CoreBounds& bounds, double limit, double size)
+{
+    placeAll(frame);
     const double* corners[9];
     for (std::size_t i = 0; i < 9; ++i)
         corners[i] = m_corners[i / 3][i % 3].data();
@@ -223,6 +264,11 @@ void TriangleBatch::keepWithin(const Lanes& gaps)
         // A NaN makes the comparison false.
         if (!(gaps[i] <= m_reach[i]))
             continue;
+        if (kept == i)
+        {
+            ++kept;
+            continue;
+        }
         for (int c = 0; c < 3; ++c)
         {
             for (int row = 0; row < 3; ++row)
@@ -232,8 +278,7 @@ void TriangleBatch::keepWithin(const Lanes& gaps)
             }
         }
         m_ids[kept] = m_ids[i];
-        m_reach[kept] = m_reach[i];
-        m_isNear[kept++] = 1;
+        m_reach[kept++] = m_reach[i];
     }
     m_count = static_cast<int>(kept);
 }
@@ -268,8 +313,16 @@ int TriangleBatch::findCorner(int i, const btVector3& corner) const
     return -1;
 }
 
+bool TriangleBatch::hasNearAfter(int i) const
+{
+    return std::any_of(m_isNear.begin() + i + 1, m_isNear.begin() + m_count,
+                       [](std::uint8_t isNear) { return isNear != 0; });
+}
+
 void TriangleBatch::dropRepeats(int i, const Eigen::Vector3d& normal, const Eigen::Vector3d& point)
 {
+    if (!hasNearAfter(i))
+        return;
     const double noise = kSamePlace * double(std::numeric_limits<btScalar>::epsilon()) * point.lpNorm<1>();
     const Eigen::Vector3d corners[] = {corner(i, 0), corner(i, 1), corner(i, 2)};
     unsigned off = 0;  // the edges, each opposite of a corner, that do not contain the point

@@ -114,8 +114,10 @@ public:
         m_ids[place] = {part, index};
     }
 
-    /// Moves the corners to the core's frame and removes what lies outside of the core's bounds by more than the limit.
-    /// Afterwards all triangles are near.
+    /// Moves the corners to the core's frame. Afterwards all triangles are near. Nothing may be dropped by an axis.
+    void placeAll(const CoreFrame& frame);
+
+    /// Moves the corners likewise, and removes what lies outside of the core's bounds by more than the limit.
     ///
     /// @param limit the distance of the cores at which there may be a contact
     /// @param size  of the core and the limit together, for a bound of rounding errors
@@ -165,7 +167,9 @@ private:
         const auto place = static_cast<std::size_t>(i);
         return btVector3(m_inMesh[c][0][place], m_inMesh[c][1][place], m_inMesh[c][2][place]);
     }
+    void placeFew(const CoreFrame& frame);
     void keepWithin(const Lanes& gaps);
+    bool hasNearAfter(int i) const;
     int findCorner(int i, const btVector3& corner) const;
     bool repeatsCorner(int i, const btVector3& shared, const Eigen::Vector3d& normal,
                        const Eigen::Vector3d& point) const;

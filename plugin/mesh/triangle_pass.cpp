@@ -148,7 +148,8 @@ TrianglePass::TrianglePass(IsaGjkRegistration& isaGjk, MeshQuery& query, const b
       m_info(info),
       m_result(result),
       m_frame(convex.getWorldTransform(), mesh.getWorldTransform(),
-              m_side.kind == ConvexKind::Sphere ? FrameAxes::World : FrameAxes::Core),
+              m_side.kind == ConvexKind::Sphere || m_side.kind == ConvexKind::Support ? FrameAxes::World
+                                                                                      : FrameAxes::Core),
       m_limits{marginOfMesh(m_side, mesh), query.manifold.getContactBreakingThreshold()},
       m_showsEveryPoint(showsEveryPoint()),
       m_reading(correctsEdges() ? Reading::Candidates : Reading::Batch),
@@ -318,12 +319,11 @@ bool TrianglePass::correct(MeshPoint& point)
 /// @return false for a core without points, or without memory
 bool TrianglePass::examineCore()
 {
+    // Bounds along the core's own axes are tight. Fewer triangles are not compared with bounds.
+    if (m_side.kind == ConvexKind::Support && m_batch.count() > kMostPatches)
+        m_frame = CoreFrame(m_convex.getWorldTransform(), m_mesh.getWorldTransform(), FrameAxes::Core);
     m_search.emplace(m_isaGjk, m_side, m_frame, m_query.hulls, m_limits);
-    if (!m_search->isPossible())
-        return false;
-    m_bounds = m_search->bounds();
-    recallAxes();
-    return true;
+    return m_search->isPossible();
 }
 
 void TrianglePass::flush()
@@ -333,10 +333,8 @@ void TrianglePass::flush()
     const bool isPossible = m_search ? m_search->isPossible() : examineCore();
     if (isPossible)
     {
-        const double limit = double(m_search->limit());
         m_isaGjk.counters().triangles.add(static_cast<std::uint64_t>(m_batch.count()));
-        m_batch.place(m_frame, m_bounds, limit, limit + m_search->size());
-        useAxes();
+        placeBatch();
         unsigned asked = 0;
         for (int i = 0; i < m_batch.count(); ++i)
         {
@@ -350,25 +348,55 @@ void TrianglePass::flush()
     m_batch.clear();
 }
 
+void TrianglePass::placeBatch()
+{
+    if (!m_bounds && m_batch.count() <= kMostPatches)
+        return m_batch.placeAll(m_frame);
+    if (!m_bounds)
+    {
+        m_bounds = m_search->bounds();
+        recallAxes();
+    }
+    const double limit = double(m_search->limit());
+    m_batch.place(m_frame, *m_bounds, limit, limit + m_search->size());
+    useAxes();
+}
+
+/// @return the result for a triangle; an axis that separates it has been tried on those that follow
+ContactSearchResult TrianglePass::search(int i, const TriangleSearch::Corners& corners)
+{
+    if (!m_bounds && m_search->isFar(corners))
+        return {GjkState::Separated, false};
+    std::optional<ContactSearchResult> found = m_search->answerAtOnce(corners);
+    Eigen::Vector3d axis = m_search->normal();  // from the triangle to the core
+    if (!found)
+    {
+        const TriangleBatch::Triangle triangle = m_batch.triangle(i);
+        GjkCache<btScalar> cache = recall(triangle);
+        found = m_search->search(cache);
+        if (found->isSettled)
+            remember(triangle, cache);
+        axis = toDouble(cache.axis);
+    }
+    if (found->state == GjkState::Separated && m_bounds)
+        learnAxis(-axis, i + 1);
+    return *found;
+}
+
 void TrianglePass::ask(int i)
 {
-    const TriangleBatch::Triangle triangle = m_batch.triangle(i);
     const TriangleSearch::Corners corners = {m_batch.corner(i, 0), m_batch.corner(i, 1),
                                              m_batch.corner(i, 2)};
-    GjkCache<btScalar> cache = recall(triangle);
-    const ContactSearchResult found = m_search->search(corners, cache);
-    if (found.isSettled)
-        remember(triangle, cache);
+    const ContactSearchResult found = search(i, corners);
     switch (found.state)
     {
         case GjkState::Separated:
-            // The cache's axis points from the triangle to the core.
-            return learnAxis(-toDouble(cache.axis), i + 1);
+            return;
         case GjkState::NotConverged:
-            askBullet(triangle);
+            askBullet(m_batch.triangle(i));
             break;
         default:
-            if (m_reading == Reading::Candidates && !correct(corners, triangle))
+            if (m_reading == Reading::Candidates && !correct(corners, m_batch.triangle(i)))
                 return;
             addTouch(i);
             if (m_reading == Reading::Batch && found.state == GjkState::Near && found.isSettled &&
@@ -382,16 +410,27 @@ void TrianglePass::ask(int i)
 void TrianglePass::askBullet(const TriangleBatch::Triangle& triangle)
 {
     const WrappedTriangle wrapped(m_mesh, triangle);
+    if (m_side.kind == ConvexKind::Support && m_reading == Reading::Batch)
+    {
+        // The manifold gets every point as it is.
+        const ShownTriangle shown(m_result, m_mesh, wrapped.wrap());
+        return askBullet(wrapped.wrap(), m_result);
+    }
     const auto add = [&](MeshPoint point)
     {
         if (m_reading == Reading::Batch || correct(point))
             m_points.add(point);
     };
     Collector<decltype(add)> result(m_convex, wrapped.wrap(), triangle, m_frame, add);
+    askBullet(wrapped.wrap(), result);
+}
+
+void TrianglePass::askBullet(const btCollisionObjectWrapper& triangle, btManifoldResult& result)
+{
     const btCollisionAlgorithmConstructionInfo construction(&m_dispatcher, 0);
-    btConvexConvexAlgorithm algorithm(&m_query.manifold, construction, &m_convex, &wrapped.wrap(),
+    btConvexConvexAlgorithm algorithm(&m_query.manifold, construction, &m_convex, &triangle,
                                       m_isaGjk.stock().m_pdSolver, 0, 0);
-    algorithm.processCollision(&m_convex, &wrapped.wrap(), m_info, &result);
+    algorithm.processCollision(&m_convex, &triangle, m_info, &result);
 }
 
 /// Adds what the last search has found.
@@ -400,7 +439,8 @@ void TrianglePass::addTouch(int i)
     const TriangleBatch::Triangle triangle = m_batch.triangle(i);
     if (m_search->isTouchAlone())
         return m_search->addTouch(m_search->placeOnConvex(), triangle, m_points);
-    m_search->addTouch(m_batch.middleWithin(i, m_bounds), triangle, m_touches);
+    const Eigen::Vector3d place = m_bounds ? m_batch.middleWithin(i, *m_bounds) : m_search->placeOnConvex();
+    m_search->addTouch(place, triangle, m_touches);
 }
 
 void TrianglePass::makePatches()
@@ -421,8 +461,7 @@ void TrianglePass::makePatches()
 void TrianglePass::showPoints()
 {
     makePatches();
-    for (int i = 0; i < m_points.count(); ++i)
-        addToManifold(m_points[i]);
+    addToManifold([] {});
     m_points.clear();
 }
 
@@ -499,6 +538,8 @@ void TrianglePass::recallAxes()
 
 void TrianglePass::storeAxes()
 {
+    if (!m_bounds)
+        return;
     m_query.axisCount = 0;
     for (std::size_t i = 0; i < m_axisCount; ++i)
     {
@@ -519,20 +560,30 @@ void TrianglePass::renewManifold()
             renewal.renew(m_frame.toWorld(m_points[i].place));
         renewal.removeOthers();
     }
-    for (int i = 0; i < m_points.count(); ++i)
-    {
-        addToManifold(m_points[i]);
-        renewal.removeFirst();
-    }
+    addToManifold([&] { renewal.removeFirst(); });
 }
 
-void TrianglePass::addToManifold(const MeshPoint& point)
+/// Adds all points.
+///
+/// @param afterEach called after each of them
+template <class AfterEach>
+void TrianglePass::addToManifold(const AfterEach& afterEach)
 {
-    const WrappedTriangle wrapped(m_mesh, point.triangle);
-    const ShownTriangle shown(m_result, m_mesh, wrapped.wrap());
-    m_result.addContactPoint(m_frame.turnedToWorld(point.normal),
-                             m_frame.toWorld(point.place - point.distance * point.normal),
-                             static_cast<btScalar>(point.distance));
+    for (int i = 0; i < m_points.count();)
+    {
+        const TriangleBatch::Triangle& triangle = m_points[i].triangle;
+        const WrappedTriangle wrapped(m_mesh, triangle);
+        const ShownTriangle shown(m_result, m_mesh, wrapped.wrap());
+        do
+        {
+            const MeshPoint& point = m_points[i];
+            m_result.addContactPoint(m_frame.turnedToWorld(point.normal),
+                                     m_frame.toWorld(point.place - point.distance * point.normal),
+                                     static_cast<btScalar>(point.distance));
+            afterEach();
+            ++i;
+        } while (i < m_points.count() && areSame(m_points[i].triangle, triangle));
+    }
 }
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

@@ -85,7 +85,8 @@ private:
         int dropped = 0;
     };
 
-    /// Of the touches with patches, so many are kept.
+    /// Of the touches with patches, so many are kept. Of as few triangles, bounds of the core and axes would cost more than
+    /// they save, and none is left out for another.
     static constexpr int kMostPatches = 4;
 
     /// What is done with a triangle that the mesh names.
@@ -104,9 +105,12 @@ private:
     bool correct(MeshPoint& point);
     bool examineCore();
     void flush();
+    void placeBatch();
     void ask(int i);
+    ContactSearchResult search(int i, const TriangleSearch::Corners& corners);
     void addTouch(int i);
     void askBullet(const TriangleBatch::Triangle& triangle);
+    void askBullet(const btCollisionObjectWrapper& triangle, btManifoldResult& result);
     void makePatches();
     void showPoints();
     void useAxes();
@@ -118,7 +122,8 @@ private:
     void storeAxes();
     bool showsEveryPoint() const;
     void renewManifold();
-    void addToManifold(const MeshPoint& point);
+    template <class AfterEach>
+    void addToManifold(const AfterEach& afterEach);
 
     IsaGjkRegistration& m_isaGjk;
     MeshQuery& m_query;
@@ -133,7 +138,7 @@ private:
     btVector3 m_readMin, m_readMax;          ///< the box whose triangles are read
     std::optional<TriangleHash> m_hash;      ///< of the triangles that are read, if there shall be one
     std::optional<TriangleSearch> m_search;  ///< exists once there are triangles
-    CoreBounds m_bounds;
+    std::optional<CoreBounds> m_bounds;      ///< exist once there are more than kMostPatches triangles
     std::array<UsedAxis, MeshQuery::kAxes> m_axes;
     std::size_t m_axisCount = 0;
     std::size_t m_likely = 0;  ///< place of the next triangle in what the query knows

@@ -4,6 +4,8 @@
 
 #include "cullet/narrow/math/simplex.h"
 
+#include <algorithm>
+#include <cmath>
 #include <limits>
 
 namespace cullet
@@ -14,6 +16,19 @@ namespace
 {
 /// Times the limit of a sphere's contacts: closer to its centre, a point of a triangle gives no direction.
 constexpr double kOnTriangle = 1e-6;
+
+double highestOf(const Eigen::Vector3d (&corners)[3], const Eigen::Vector3d& direction)
+{
+    return std::max({direction.dot(corners[0]), direction.dot(corners[1]), direction.dot(corners[2])});
+}
+
+/// The direction in the plane of a triangle that leads out over its side from a corner to the next.
+///
+/// @param across normal of the plane, by the corners
+Eigen::Vector3d outOf(const Eigen::Vector3d (&corners)[3], int i, const Eigen::Vector3d& across)
+{
+    return (corners[(i + 1) % 3] - corners[i]).cross(across);
+}
 
 /// Decided by the points of a hull, whether it has a graph or not.
 bool hasFewPoints(const ConvexSide& side)
@@ -32,13 +47,9 @@ TriangleSearch::TriangleSearch(IsaGjkRegistration& isaGjk, const ConvexSide& con
       m_triangleAt(btTransform::getIdentity()),
       m_pair(ConvexSide(convex.shape, m_coreAt), ConvexSide(m_triangle, m_triangleAt)),
       m_limit(convex.margin + limits.meshMargin + limits.breakingThreshold),
-      m_cores(poseShape(convex.shape, convex.kind, m_coreAt, hulls[0], isaGjk.pass()))
+      m_cores(poseShape(convex.shape, convex.kind, m_coreAt, hulls[0], isaGjk.pass())),
+      m_size(radiusOf(m_pair.a, m_cores.a))
 {
-}
-
-double TriangleSearch::size() const
-{
-    return radiusOf(m_pair.a, m_cores.a);
 }
 
 Eigen::Vector3d TriangleSearch::farthestAlong(const Eigen::Vector3d& direction) const
@@ -84,9 +95,15 @@ Eigen::Vector3d TriangleSearch::centre() const
     return m_cores.a ? Eigen::Vector3d(m_cores.a->centre() + m_cores.a->origin()) : Eigen::Vector3d::Zero();
 }
 
+bool TriangleSearch::isPlaced(const Corners& corners) const
+{
+    return m_cores.b && m_placed[0] == corners[0] && m_placed[1] == corners[1] && m_placed[2] == corners[2];
+}
+
 /// Rounding of the triangle's first corner moves both cores.
 void TriangleSearch::place(const Corners& corners)
 {
+    std::copy_n(corners, 3, m_placed);
     m_cores.b.emplace(poseTriangle(corners));
     const Eigen::Vector3d rest = m_cores.b->origin() - corners[0];
     if (m_cores.a)
@@ -95,34 +112,106 @@ void TriangleSearch::place(const Corners& corners)
     m_triangleAt.setOrigin(toBullet(corners[0]));
 }
 
-ContactSearchResult TriangleSearch::search(const Corners& corners, GjkCache<btScalar>& cache)
+std::optional<ContactSearchResult> TriangleSearch::answerAtOnce(const Corners& corners)
 {
+    m_touch.normal.setZero();
     if (!corners[0].allFinite() || !corners[1].allFinite() || !corners[2].allFinite())
-        return {GjkState::Separated, false};
+        return ContactSearchResult{GjkState::Separated, false};
     if (m_pair.a.kind == ConvexKind::Support)
-        return searchFromSupport(corners, cache);
-    const ContactSearchResult found =
-        m_pair.a.kind == ConvexKind::Sphere ? searchFromPoint(corners) : searchFromCore(corners, cache);
+        return searchFromSupport(corners);
+    const std::optional<ContactSearchResult> found =
+        m_pair.a.kind == ConvexKind::Sphere ? searchFromPoint(corners) : searchAtFace(corners);
+    if (found)
+        count(found->state);
+    return found;
+}
+
+ContactSearchResult TriangleSearch::search(GjkCache<btScalar>& cache)
+{
+    const SearchSetup setup = {m_pair,
+                               m_hulls,
+                               m_isaGjk.pass(),
+                               nullptr,
+                               m_isaGjk.options().patchPoints > 1,
+                               m_isaGjk.counters().exact};
+    const ContactSearchResult found = searchSettled(setup, m_cores, m_limit, {}, true, cache, m_touch);
     count(found.state);
     return found;
 }
 
+/// A bound of the rounding of a distance.
+double TriangleSearch::noiseAt(const Corners& corners) const
+{
+    return 16 * double(std::numeric_limits<btScalar>::epsilon()) *
+           (m_size + double(m_limit) +
+            std::max({corners[0].lpNorm<1>(), corners[1].lpNorm<1>(), corners[2].lpNorm<1>()}));
+}
+
+bool TriangleSearch::isFar(const Corners& corners) const
+{
+    const Eigen::Vector3d across = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
+    if (m_pair.a.kind == ConvexKind::Sphere)
+        return false;
+    if (m_pair.a.kind == ConvexKind::Support)
+        return isApartAlong(corners, farthestSide(corners, across));
+    const double reach = m_size + double(m_limit) + noiseAt(corners), reach2 = reach * reach;
+    // The core's origin is that of the frame.
+    const auto isFarAlong = [&](const Eigen::Vector3d& direction, double height)
+    { return height < 0.0 && height * height > reach2 * direction.squaredNorm(); };
+    const auto isBehind = [&](const Eigen::Vector3d& direction, int corner)
+    {
+        // Corners of a side are level up to rounding; a sliver has no direction that is known so well.
+        return isFarAlong(direction, direction.dot(corners[corner])) &&
+               isFarAlong(direction, highestOf(corners, direction));
+    };
+    return isBehind(across, 0) || isBehind(-across, 0) || isBehind(outOf(corners, 0, across), 0) ||
+           isBehind(outOf(corners, 1, across), 1) || isBehind(outOf(corners, 2, across), 2);
+}
+
+/// Of the directions out of the sides of a triangle, in its plane, the one along which the core's origin is farthest
+/// from its side.
+///
+/// @param across normal of the triangle's plane, by its corners
+/// @return unit, or 0 if the origin is beyond no side
+Eigen::Vector3d TriangleSearch::farthestSide(const Corners& corners, const Eigen::Vector3d& across)
+{
+    Eigen::Vector3d farthest = Eigen::Vector3d::Zero();
+    double most2 = 0.0;
+    for (int i = 0; i < 3; ++i)
+    {
+        const Eigen::Vector3d out = outOf(corners, i, across);
+        const double along = -out.dot(corners[i]), length2 = out.squaredNorm();
+        if (along > 0.0 && along * along > most2 * length2)
+        {
+            most2 = along * along / length2;
+            farthest = out / std::sqrt(length2);
+        }
+    }
+    return farthest;
+}
+
+/// Whether a triangle is farther from the core than the limit, along a direction towards the core.
+///
+/// @param direction unit, or 0
+bool TriangleSearch::isApartAlong(const Corners& corners, const Eigen::Vector3d& direction) const
+{
+    return !direction.isZero(0.0) &&
+           -heightAlong(-direction) - highestOf(corners, direction) > double(m_limit) + noiseAt(corners);
+}
+
 /// Only the triangle's own plane is tried: Bullet's algorithm must answer anyway if the shapes touch, and a search costs
 /// as much.
-ContactSearchResult TriangleSearch::searchFromSupport(const Corners& corners, GjkCache<btScalar>& cache)
+ContactSearchResult TriangleSearch::searchFromSupport(const Corners& corners)
 {
     const Eigen::Vector3d across = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
     const double length = across.norm();
     if (length > 0.0)
     {
         const Eigen::Vector3d normal = across * ((across.dot(corners[0]) > 0.0 ? -1.0 : 1.0) / length);
-        const double gap = -heightAlong(-normal) - normal.dot(corners[0]);
-        const double noise = 16 * double(std::numeric_limits<btScalar>::epsilon()) *
-                             (size() + double(m_limit) + corners[0].lpNorm<1>());
-        if (gap > double(m_limit) + noise)
+        if (isApartAlong(corners, normal))
         {
             count(GjkState::Separated);
-            rememberAxis(normal, cache);
+            m_touch.normal = normal;
             return {GjkState::Separated, false};
         }
     }
@@ -130,27 +219,22 @@ ContactSearchResult TriangleSearch::searchFromSupport(const Corners& corners, Gj
     return {GjkState::NotConverged, false};
 }
 
-ContactSearchResult TriangleSearch::searchFromCore(const Corners& corners, GjkCache<btScalar>& cache)
+std::optional<ContactSearchResult> TriangleSearch::searchAtFace(const Corners& corners)
 {
     place(corners);
     const FaceTouch face = touchFace(corners);
-    if (face.state() == FaceTouch::State::Separated)
+    switch (face.state())
     {
-        rememberAxis(face.normal(), cache);
-        return {GjkState::Separated, false};
+        case FaceTouch::State::Separated:
+            m_touch.normal = face.normal();
+            return ContactSearchResult{GjkState::Separated, false};
+        case FaceTouch::State::Near:
+            m_touch = face.touch();
+            return ContactSearchResult{
+                m_touch.distance <= double(m_limit) ? GjkState::Near : GjkState::Separated, true};
+        default:
+            return {};
     }
-    if (face.state() == FaceTouch::State::Near)
-    {
-        m_touch = face.touch();
-        return {m_touch.distance <= double(m_limit) ? GjkState::Near : GjkState::Separated, true};
-    }
-    const SearchSetup setup = {m_pair,
-                               m_hulls,
-                               m_isaGjk.pass(),
-                               nullptr,
-                               m_isaGjk.options().patchPoints > 1,
-                               m_isaGjk.counters().exact};
-    return searchSettled(setup, m_cores, m_limit, {}, true, cache, m_touch);
 }
 
 /// The points at the triangle's face. A hull of few points gets its graph for that: whether it had one already must not
@@ -243,7 +327,8 @@ void TriangleSearch::addTouch(const Eigen::Vector3d& place, const TriangleBatch:
 
 void TriangleSearch::addPatch(const MeshPoint& touch, const Corners& corners, MeshPoints& points)
 {
-    place(corners);
+    if (!isPlaced(corners))
+        place(corners);
     m_touch = touch.touch;
     // The search has found them, too, or has built a graph.
     m_cores.findFans(m_touch.normal, m_touch.vertexA, m_touch.vertexB);

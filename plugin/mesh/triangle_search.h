@@ -42,7 +42,7 @@ public:
     /// False for a core without points, or without memory.
     bool isPossible() const { return m_cores.a || m_pair.a.kind == ConvexKind::Support; }
     /// No point of the core is farther from its origin.
-    double size() const;
+    double size() const { return m_size; }
     /// The point of the core that is farthest along a direction.
     Eigen::Vector3d farthestAlong(const Eigen::Vector3d& direction) const;
     /// The largest product of a point of the core with a direction.
@@ -53,13 +53,24 @@ public:
     /// The distance of core and triangle up to which they touch.
     btScalar limit() const { return m_limit; }
 
-    /// @param corners not finite: Separated
-    /// @param cache   [in, out] where the search begins; guesses that have been settled
-    /// @return Separated, Near, Overlapping; NotConverged if Bullet's algorithm must answer, as for any core that is
-    ///         no polytope
-    ContactSearchResult search(const Corners& corners, GjkCache<btScalar>& cache);
+    /// Whether a triangle is farther from the core than the limit, in every search: a sphere around the core is beyond its
+    /// plane or one of its sides, or a core that is no polytope is beyond the farthest side. Cheap, and often true where
+    /// triangles are much larger than the core. Always false for spheres, for which answerAtOnce() is as cheap.
+    bool isFar(const Corners& corners) const;
 
-    // The result of the last search, if it was Near or Overlapping.
+    /// The result that needs no search: of a sphere, of a touch at a face, of a triangle whose plane separates.
+    ///
+    /// @param corners not finite: Separated
+    /// @return Separated, with an axis in normal() unless it is 0; Near; Overlapping; NotConverged if Bullet's algorithm
+    ///         must answer, as for any core that is no polytope; or nothing, if search() must answer
+    std::optional<ContactSearchResult> answerAtOnce(const Corners& corners);
+
+    /// @pre answerAtOnce() gave nothing for this triangle just before
+    /// @param cache [in, out] where the search begins; guesses that have been settled
+    /// @return as from answerAtOnce(); if Separated, the cache has the axis
+    ContactSearchResult search(GjkCache<btScalar>& cache);
+
+    // The result of the last triangle, if it was Near or Overlapping.
 
     const Eigen::Vector3d& normal() const { return m_touch.normal; }
     /// Of the cores; negative: depth.
@@ -87,10 +98,14 @@ public:
     void addPatch(const MeshPoint& touch, const Corners& corners, MeshPoints& points);
 
 private:
+    static Eigen::Vector3d farthestSide(const Corners& corners, const Eigen::Vector3d& across);
+    double noiseAt(const Corners& corners) const;
+    bool isApartAlong(const Corners& corners, const Eigen::Vector3d& direction) const;
+    bool isPlaced(const Corners& corners) const;
     void place(const Corners& corners);
     ContactSearchResult searchFromPoint(const Corners& corners);
-    ContactSearchResult searchFromSupport(const Corners& corners, GjkCache<btScalar>& cache);
-    ContactSearchResult searchFromCore(const Corners& corners, GjkCache<btScalar>& cache);
+    ContactSearchResult searchFromSupport(const Corners& corners);
+    std::optional<ContactSearchResult> searchAtFace(const Corners& corners);
     FaceTouch touchFace(const Corners& corners);
     void count(GjkState state);
     double gapAt(double distance) const;
@@ -103,6 +118,8 @@ private:
     ConvexPair m_pair;
     const btScalar m_limit;
     ConvexCores m_cores;
+    const double m_size;
+    Corners m_placed;  ///< of the triangle in m_cores
     Touch m_touch;
 };
 }  // namespace CULLET_PRECISION
