@@ -109,7 +109,7 @@ room(plugin/core MAY broad)
 room(plugin/pair_cache MAY base broad plugin/core)
 room(plugin/proxies MAY base broad broad/queries plugin/core)
 room(plugin/pair_sync MAY base base/threads broad broad/boxes broad/queries plugin/core plugin/pair_cache plugin/proxies)
-room(plugin/shapes MAY base narrow/math narrow/hull narrow/build narrow/gjk plugin/core)
+room(plugin/shapes MAY base broad narrow/math narrow/hull narrow/build narrow/gjk plugin/core)
 room(plugin/contact MAY base narrow/math narrow/box narrow/hull plugin/core plugin/shapes)
 room(plugin/convex MAY base base/threads broad mid narrow/math narrow/box narrow/hull narrow/gjk narrow/epa plugin/core plugin/shapes plugin/contact)
 room(plugin/mesh MAY mid narrow/math narrow/hull narrow/gjk plugin/core plugin/shapes plugin/contact plugin/convex plugin/queries)
@@ -119,14 +119,6 @@ room(plugin/solver MAY base base/threads plugin/core plugin/step)
 room(plugin MAY base base/threads broad broad/queries cuda plugin/core plugin/pair_cache plugin/proxies plugin/pair_sync plugin/shapes
     plugin/contact plugin/convex plugin/mesh plugin/queries plugin/solver plugin/step)
 
-# Against those arrows still: parts of one class in several rooms, and options in the header that users include.
-set(back_edges
-    "plugin/(convex|mesh)/[a-z_]+.(h|cpp) plugin/isa_gjk.h"
-    "plugin/pair_sync/(backend_choice|pair_sync).h plugin/broadphase.h"
-    "plugin/shapes/hull_cache.h plugin/isa_gjk.h")
-string(REPLACE "." "[.]" back_edges "${back_edges}")
-
-set(used_edges "")
 foreach(folder base broad comparison narrow mid cuda plugin)
     file(GLOB_RECURSE files RELATIVE "${ROOT}" "${ROOT}/${folder}/*.h" "${ROOT}/${folder}/*.cpp" "${ROOT}/${folder}/*.inl"
         "${ROOT}/${folder}/*.cu" "${ROOT}/${folder}/*.cuh")
@@ -140,26 +132,11 @@ foreach(folder base broad comparison narrow mid cuda plugin)
         list(TRANSFORM includes REPLACE "^[^\"]*\"cullet/([^\"]*)\".*$" "\\1")
         foreach(include IN LISTS includes)
             get_filename_component(other "${include}" DIRECTORY)
-            if(other IN_LIST may_${own})
-                continue()
-            endif()
-            set(is_known FALSE)
-            foreach(edge IN LISTS back_edges)
-                if("${file} ${include}" MATCHES "^${edge}$")
-                    set(is_known TRUE)
-                    list(APPEND used_edges "${edge}")
-                endif()
-            endforeach()
-            if(NOT is_known)
+            if(NOT other IN_LIST may_${own})
                 list(APPEND found "${file}: ${include}")
             endif()
         endforeach()
     endforeach()
-endforeach()
-foreach(edge IN LISTS back_edges)
-    if(NOT edge IN_LIST used_edges)
-        list(APPEND found "${edge}: no such include any more, take it from the list")
-    endif()
 endforeach()
 
 # check_stands(<what> <regex> <regex of the files in which it may stand>): device code and assembler, in as few files as can be.

@@ -5,7 +5,7 @@
 #include "cullet/broad/backend.h"
 #include "cullet/broad/queries/query_index.h"
 #include "cullet/broad/row_source.h"
-#include "cullet/plugin/broadphase.h"
+#include "cullet/plugin/core/broadphase_options.h"
 #include "cullet/plugin/pair_sync/allowed_pairs.h"
 #include "cullet/plugin/pair_sync/deferred_pairs.h"
 #include "cullet/plugin/pair_sync/pair_cache_adapter.h"
