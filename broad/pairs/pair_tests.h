@@ -25,7 +25,13 @@ inline bool mayEnter(const ProxyView& view, RowPair pair)
     return view.filters == nullptr || passesFilter(view.filters[pair.a], view.filters[pair.b]);
 }
 
-/// The rows of a key of PairSet::keyOf().
+/// Key of a pair of rows in either order, below kFreeKey.
+inline std::uint64_t rowKey(RowPair pair)
+{
+    return pairKey(makePair(pair.a, pair.b));
+}
+
+/// The rows of a rowKey(), the lower one first.
 inline RowPair rowsOf(std::uint64_t key)
 {
     return {static_cast<std::uint32_t>(key >> 32), static_cast<std::uint32_t>(key)};

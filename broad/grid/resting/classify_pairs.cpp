@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #include "cullet/broad/grid/resting/classify_pairs.h"
 
-#include "cullet/broad/pairs/pair_table.h"
+#include "cullet/broad/pairs/pair_tests.h"
 
 #include <utility>
 #include <vector>
@@ -17,7 +17,7 @@ void classifyPairs(GridCore& core, const ProxyView& view, const CollectingSink& 
     candidates.forEach(
         [&](RowPair pair)
         {
-            const bool wasHeld = core.heldBefore.erase(PairSet::keyOf(pair.a, pair.b));
+            const bool wasHeld = core.heldBefore.erase(rowKey(pair));
             const bool passes = mayEnter(view, pair);
             if (!passes && !wasHeld)
                 return;
