@@ -41,10 +41,10 @@ public:
         return m_persistentGap && gapOf(a, b) <= *m_persistentGap;
     }
 
-    /// Adds a pair; all persistent pairs come first, finish() after the last pair.
+    /// Adds a pair; all persistent pairs come first. A list that is used for changeable pairs only may leave them out.
     void add(RowPair pair, State state);
 
-    /// Builds the index from rows to their pairs. O(rows + pairs).
+    /// Builds the index of forEachOf(), after the last pair. O(rows + pairs).
     void finish(std::uint32_t rowCount);
 
     std::size_t size() const { return m_pairs.size(); }
