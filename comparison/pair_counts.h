@@ -2,7 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "cullet/broad/pairs/pair_table.h"
+#include "cullet/base/key_table.h"
+#include "cullet/broad/pairs/pair_tests.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -13,12 +14,12 @@ namespace cullet
 class PairCounts
 {
 public:
-    void add(std::uint32_t a, std::uint32_t b) { ++m_table.insert(m_table.keyOf(a, b)).count; }
+    void add(std::uint32_t a, std::uint32_t b) { ++m_table.insert(rowKey({a, b})).count; }
 
     /// @pre the count of the pair is not 0
     void subtract(std::uint32_t a, std::uint32_t b)
     {
-        const std::uint64_t key = m_table.keyOf(a, b);
+        const std::uint64_t key = rowKey({a, b});
         if (--m_table.find(key)->count == 0)
             m_table.erase(key);
     }
@@ -39,10 +40,10 @@ public:
 private:
     struct Slot
     {
-        std::uint64_t key = kFreePair;
+        std::uint64_t key = kFreeKey;
         std::uint32_t count = 0;
     };
 
-    PairTable<Slot> m_table;
+    KeyTable<Slot> m_table;
 };
 }  // namespace cullet

@@ -75,7 +75,7 @@ void SapBackend::begin(const ProxyView& proxies)
             m_expired.push_back(pair.ids);
             continue;
         }
-        m_toReevaluate.push_back(PairSet::keyOf(pair.firstRow, pair.secondRow));
+        m_toReevaluate.push_back(rowKey({pair.firstRow, pair.secondRow}));
         m_held.insert(m_toReevaluate.back());
     }
     m_known = {};
@@ -111,7 +111,7 @@ void SapBackend::removeLeaving()
         axis.remove(m_isLeaving);
     const std::size_t firstEnded = m_touched.size();
     m_overlapping.forEach(
-        [&](const PairSlot& slot)
+        [&](const KeySlot& slot)
         {
             if (m_isLeaving[firstRow(slot.key)] != 0 || m_isLeaving[secondRow(slot.key)] != 0)
                 m_touched.push_back(slot.key);
@@ -133,7 +133,7 @@ void SapBackend::moveBox(std::uint32_t row, const Aabb& box)
     m_boxes[row] = box;
     const auto onEvent = [&](std::uint32_t other, EndpointEvent event)
     {
-        const std::uint64_t key = PairSet::keyOf(row, other);
+        const std::uint64_t key = rowKey({row, other});
         if (event == EndpointEvent::OverlapEnds)
         {
             if (m_overlapping.erase(key))
@@ -174,7 +174,7 @@ void SapBackend::testOpen(std::uint32_t row, const OpenIntervals& open)
     for (std::size_t i = 0; i < open.rows.size(); ++i)
     {
         if (overlaps(box, open.boxes[i]))
-            addOverlap(PairSet::keyOf(row, open.rows[i]));
+            addOverlap(rowKey({row, open.rows[i]}));
     }
 }
 

@@ -2,8 +2,9 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include "cullet/base/key_table.h"
 #include "cullet/broad/backend.h"
-#include "cullet/broad/pairs/pair_table.h"
+#include "cullet/broad/pairs/pair_tests.h"
 #include "cullet/comparison/sap_endpoints.h"
 
 #include <array>
@@ -57,8 +58,8 @@ private:
 
     std::array<EndpointList, 3> m_axes = {EndpointList(0), EndpointList(1), EndpointList(2)};
     std::vector<Aabb> m_boxes;  ///< by row, as in the endpoint lists; empty if in none
-    PairSet m_overlapping;      ///< pairs of rows that overlap now
-    PairSet m_held;             ///< pairs of rows that have been reported
+    KeySet m_overlapping;       ///< pairs of rows that overlap now
+    KeySet m_held;              ///< pairs of rows that have been reported
     /// Pairs in just one of the two sets: held by the margin alone, or excluded by the filter.
     std::vector<std::uint64_t> m_toReevaluate;
     std::vector<std::uint64_t> m_touched;  ///< pairs that entered or left m_overlapping in this update

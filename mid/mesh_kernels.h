@@ -2,18 +2,13 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include "cullet/base/trees/wide_node.h"
 #include "cullet/mid/mesh_box.h"
 
 #include <cstdint>
 
 namespace cullet
 {
-/// Boxes of eight children, one lane each; three cache lines. An unused lane is empty.
-struct alignas(64) MeshNode
-{
-    float planes[6][8];  ///< [0..2] minima, [3..5] maxima
-};
-
 /// A box that moves along a segment, prepared for conservative slab tests in float; made by SweptBox::prepare().
 ///
 /// A child is a candidate when, with the near and far plane of every axis chosen by the sign of `inverse`,
@@ -26,13 +21,10 @@ struct SweptQuery
     float limit;  ///< share of the segment; the caller may lower it between the calls of a kernel
 };
 
-/// Levels of a tree over all items that 32 bits can count: 8^11 > 2^32.
-inline constexpr int kMaxMeshLevels = 11;
-
 /// A complete tree of eight-lane nodes: child i of node n is node 8 n + i of the level below.
 struct MeshTreeView
 {
-    const MeshNode* levels[kMaxMeshLevels];  ///< [0] holds the leaves, whose lanes are items
+    const WideNode* levels[kMaxWideLevels];  ///< [0] holds the leaves, whose lanes are items
     int levelCount;
     const std::uint32_t* items;  ///< [8 * leaves] the item in each lane of a leaf
 };
@@ -48,7 +40,7 @@ struct MeshWalk
     };
 
     // Each level leaves seven children behind the one that is visited.
-    Entry stack[7 * kMaxMeshLevels + 1];
+    Entry stack[7 * kMaxWideLevels + 1];
     int size;
 
     void start(const MeshTreeView& tree) noexcept

@@ -4,7 +4,7 @@
 // The body of the mesh kernels, included once per instruction set by a translation unit that is compiled for it and names
 // its table in CULLET_MESH_KERNELS. Everything here has internal linkage and calls no inline function of another header:
 // the linker could otherwise keep a copy with instructions that the machine lacks.
-#include "cullet/base/simd_float8.inl"
+#include "cullet/base/trees/wide_tests.inl"
 #include "cullet/mid/mesh_kernels.h"
 
 #include <cstdint>
@@ -13,88 +13,15 @@ namespace cullet
 {
 namespace
 {
-/// Lanes of a node that overlap a box.
-class BoxTest
+/// Lanes of a node that a test finds. A box has no place of entry.
+inline std::uint32_t hitsOf(const OverlapTest& test, const WideNode& node, float*)
 {
-public:
-    explicit BoxTest(const MeshBox& box)
-    {
-        for (int axis = 0; axis < 3; ++axis)
-        {
-            m_min[axis] = broadcast(box.min[axis]);
-            m_max[axis] = broadcast(box.max[axis]);
-        }
-    }
-
-    /// The last argument stays as it is: a box at rest has no place of entry.
-    std::uint32_t operator()(const MeshNode& node, float*) const
-    {
-        const Float8 x = (load(node.planes[0]) <= m_max[0]) & (m_min[0] <= load(node.planes[3]));
-        const Float8 y = (load(node.planes[1]) <= m_max[1]) & (m_min[1] <= load(node.planes[4]));
-        const Float8 z = (load(node.planes[2]) <= m_max[2]) & (m_min[2] <= load(node.planes[5]));
-        return bits(x & y & z);
-    }
-
-private:
-    Float8 m_min[3];
-    Float8 m_max[3];
-};
-
-/// Lanes of a node that a swept box may touch. No product is NaN: origins are finite and inverses neither zero nor
-/// infinite.
-class PathTest
+    return test(NodeLanes{node});
+}
+inline std::uint32_t hitsOf(const PathTest& test, const WideNode& node, float* enter)
 {
-public:
-    explicit PathTest(const SweptQuery& query) : m_limit(broadcast(query.limit))
-    {
-        for (int axis = 0; axis < 3; ++axis)
-        {
-            m_near[axis] = query.inverse[axis] < 0.0f ? axis + 3 : axis;
-            m_far[axis] = query.inverse[axis] < 0.0f ? axis : axis + 3;
-            m_nearOrigin[axis] = broadcast(query.nearOrigin[axis]);
-            m_farOrigin[axis] = broadcast(query.farOrigin[axis]);
-            m_inverse[axis] = broadcast(query.inverse[axis]);
-        }
-    }
-
-    /// @param enter [out] where the box enters the lanes
-    std::uint32_t operator()(const MeshNode& node, float* enter) const
-    {
-        const Float8 entered = enterOf(node);
-        store(enter, entered);
-        return test(node, entered);
-    }
-
-private:
-    Float8 enterOf(const MeshNode& node) const
-    {
-        return larger(larger(enterAt(node, 0), enterAt(node, 1)), enterAt(node, 2));
-    }
-
-    std::uint32_t test(const MeshNode& node, Float8 enter) const
-    {
-        // Sixteen rounding steps cover the roundings of both sides.
-        constexpr float kSlack = 1.0f + 16.0f / 8388608.0f;
-        const Float8 leave = smaller(smaller(leaveAt(node, 0), leaveAt(node, 1)), leaveAt(node, 2));
-        return bits((enter <= m_limit) & (broadcast(0.0f) <= leave) & (enter <= leave * broadcast(kSlack)));
-    }
-
-    Float8 enterAt(const MeshNode& node, int axis) const
-    {
-        return (load(node.planes[m_near[axis]]) - m_nearOrigin[axis]) * m_inverse[axis];
-    }
-    Float8 leaveAt(const MeshNode& node, int axis) const
-    {
-        return (load(node.planes[m_far[axis]]) - m_farOrigin[axis]) * m_inverse[axis];
-    }
-
-    Float8 m_nearOrigin[3];
-    Float8 m_farOrigin[3];
-    Float8 m_inverse[3];
-    Float8 m_limit;
-    int m_near[3];
-    int m_far[3];
-};
+    return test(NodeLanes{node}, enter);
+}
 
 inline void setFound(std::uint32_t& found, std::uint32_t item, float)
 {
@@ -114,7 +41,7 @@ std::uint32_t collect(const MeshTreeView& tree, const Test& test, MeshWalk& walk
     while (walk.size > 0 && count <= kMeshBatch - 8)
     {
         const MeshWalk::Entry at = walk.stack[--walk.size];
-        std::uint32_t hits = test(tree.levels[at.level][at.node], enter);
+        std::uint32_t hits = hitsOf(test, tree.levels[at.level][at.node], enter);
         for (; hits != 0; hits &= hits - 1)
         {
             const int lane = __builtin_ctz(hits);
@@ -144,7 +71,7 @@ void insertByEntry(Entry* entries, int count, const Entry& added)
 
 std::uint32_t overlaps(const MeshTreeView& tree, const MeshBox& box, MeshWalk& walk, std::uint32_t* items)
 {
-    return collect(tree, BoxTest(box), walk, items);
+    return collect(tree, OverlapTest(box), walk, items);
 }
 
 std::uint32_t onPath(const MeshTreeView& tree, const SweptQuery& query, MeshWalk& walk, MeshCandidate* found)
@@ -162,7 +89,7 @@ std::uint32_t nearestLeaf(const MeshTreeView& tree, const SweptQuery& query, Mes
         const MeshWalk::Entry at = walk.stack[--walk.size];
         if (query.limit < at.enter)
             continue;
-        std::uint32_t hits = test(tree.levels[at.level][at.node], enter);
+        std::uint32_t hits = hitsOf(test, tree.levels[at.level][at.node], enter);
         int count = 0;
         for (; hits != 0; hits &= hits - 1)
         {

@@ -3,6 +3,7 @@
 #include "cullet/mid/mesh_tree.h"
 
 #include "cullet/base/bytes_of.h"
+#include "cullet/base/threads/parallel_for_each.h"
 #include "cullet/base/threads/parallel_loops.h"
 #include "cullet/base/trees/wide_tree_order.h"
 
@@ -17,52 +18,6 @@ namespace
 constexpr std::size_t kGrain = 4096;
 /// Nanoseconds per item.
 constexpr double kBuildWork = 250.0, kRefitWork = 10.0;
-
-MeshBox boundsOfLanes(const MeshNode& node) noexcept
-{
-    MeshBox box;
-    for (int axis = 0; axis < 3; ++axis)
-    {
-        box.min[axis] = *std::min_element(node.planes[axis], node.planes[axis] + 8);
-        box.max[axis] = *std::max_element(node.planes[axis + 3], node.planes[axis + 3] + 8);
-    }
-    return box;
-}
-
-void setLane(MeshNode& node, std::uint32_t lane, const MeshBox& box) noexcept
-{
-    for (int axis = 0; axis < 3; ++axis)
-    {
-        node.planes[axis][lane] = box.min[axis];
-        node.planes[axis + 3][lane] = box.max[axis];
-    }
-}
-
-/// Calls body(index) for index in [0, count) on as many threads as pay.
-template <class Body>
-void runOver(ParallelLoops& loops, std::uint32_t count, const Body& body)
-{
-    const unsigned tasks = loops.tasksFor(count, kGrain);
-    loops.run(tasks,
-              [&](unsigned task)
-              {
-                  const TaskRange range(count, task, tasks);
-                  for (std::uint32_t index = range.begin; index < range.end; ++index)
-                      body(index);
-              });
-}
-
-/// Without infinities, which the limits of unused lanes would equal.
-MeshBox finitePart(const MeshBox& box) noexcept
-{
-    MeshBox part;
-    for (int axis = 0; axis < 3; ++axis)
-    {
-        part.min[axis] = std::max(box.min[axis], -FLT_MAX);
-        part.max[axis] = std::min(box.max[axis], FLT_MAX);
-    }
-    return part;
-}
 
 bool isBefore(std::uint32_t a, std::uint32_t b)
 {
@@ -113,19 +68,8 @@ void MeshTree::build(const MeshBox* boxes, std::uint32_t count, ParallelLoops* l
 
 void MeshTree::layOut()
 {
-    int levels = 0;
-    std::uint32_t start = 0;
-    for (auto count = static_cast<std::uint32_t>(m_items.size() / 8); count > 0;
-         count = count == 1 ? 0 : (count + 7) / 8)
-    {
-        m_levelStart[levels++] = start;
-        start += count;
-    }
-    m_levelStart[levels] = start;
-    MeshNode empty;
-    for (std::uint32_t lane = 0; lane < 8; ++lane)
-        setLane(empty, lane, kEmptyMeshBox);
-    m_nodes = std::vector<MeshNode>(start, empty);
+    const int levels = layOutLevels(static_cast<std::uint32_t>(m_items.size() / 8), m_levelStart);
+    m_nodes = std::vector<WideNode>(m_levelStart[levels], nodeOf(kEmptyMeshBox));
     for (int level = 0; level < levels; ++level)
         m_view.levels[level] = m_nodes.data() + m_levelStart[level];
     m_view.items = m_items.data();
@@ -136,13 +80,13 @@ void MeshTree::fill(const MeshBox* boxes, ParallelLoops& loops)
 {
     for (int level = 0; level < m_view.levelCount; ++level)
     {
-        runOver(loops, nodeCount(level),
-                [&](std::uint32_t index)
-                {
-                    if (level == 0)
-                        fillLeaf(index, boxes);
-                    setBounds(level, index, boundsOfLanes(node(level, index)));
-                });
+        parallelForEach(loops, nodeCount(level), kGrain,
+                        [&](std::uint32_t index)
+                        {
+                            if (level == 0)
+                                fillLeaf(index, boxes);
+                            setBounds(level, index, boundsOfLanes<MeshBox>(node(level, index)));
+                        });
     }
 }
 

@@ -85,16 +85,16 @@ private:
     void fill(const MeshBox* boxes, ParallelLoops& loops);
     void fillLeaf(std::uint32_t leaf, const MeshBox* boxes) noexcept;
     void setBounds(int level, std::uint32_t index, const MeshBox& box) noexcept;
-    MeshNode& node(int level, std::uint32_t index) noexcept { return m_nodes[m_levelStart[level] + index]; }
+    WideNode& node(int level, std::uint32_t index) noexcept { return m_nodes[m_levelStart[level] + index]; }
     std::uint32_t nodeCount(int level) const noexcept
     {
         return m_levelStart[level + 1] - m_levelStart[level];
     }
 
     const MeshKernels* m_kernels;
-    std::vector<MeshNode> m_nodes;  // leaves first, the root last
+    std::vector<WideNode> m_nodes;  // leaves first, the root last
     std::vector<std::uint32_t> m_items;
-    std::uint32_t m_levelStart[kMaxMeshLevels + 1] = {};
+    std::uint32_t m_levelStart[kMaxWideLevels + 1] = {};
     MeshTreeView m_view = {};  // points into the two vectors
 };
 }  // namespace cullet

@@ -118,18 +118,4 @@ inline bool isInsideSkin(const Aabb& box, const Aabb& reference, float skin) noe
     return isTrueInAll(isNear(loadFloat4(now), loadFloat4(then)) &
                        isNear(loadFloat4(now + 2), loadFloat4(then + 2)));
 }
-
-/// How far apart two reference boxes may be while their boxes can touch inside their skins: a little more than twice
-/// the skin, for the rounding of differences.
-inline float pairSkinOf(float skin) noexcept
-{
-    return 2.0002f * skin;
-}
-
-/// Up to which gap of the reference boxes a held pair stays held (overlapsWithMargin()) while both boxes are inside
-/// their skins. A little less than the exact bound, for the rounding of differences.
-inline float persistentGapOf(float margin, float skin) noexcept
-{
-    return 1.9999f * margin - pairSkinOf(skin);
-}
 }  // namespace cullet

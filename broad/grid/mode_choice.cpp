@@ -3,7 +3,7 @@
 #include "cullet/broad/grid/mode_choice.h"
 
 #include "cullet/base/bytes_of.h"
-#include "cullet/broad/boxes/aabb_simd.h"
+#include "cullet/broad/verlet/skin.h"
 
 #include <algorithm>
 
@@ -34,12 +34,12 @@ bool ModeChoice::shouldBeginResting(const ProxyView& view)
 /// Whether nine of ten anchors have been near their boxes for some updates; else takes other anchors.
 bool ModeChoice::areCalm(const ProxyView& view)
 {
-    const float skin = 0.5f * view.margin;
+    const Skin skin = Skin::ofMargin(view.margin);
     std::uint32_t away = 0;
     for (std::size_t i = 0; i < m_anchors.size(); ++i)
     {
         const std::uint32_t row = static_cast<std::uint32_t>(i) * m_anchorStride;
-        away += isInsideSkin(view.boxes[row], m_anchors[i], skin) ? 0u : 1u;
+        away += skin.contains(view.boxes[row], m_anchors[i]) ? 0u : 1u;
     }
     ++m_anchorAge;
     const bool isCalm = !m_anchors.empty() && away * 10 <= m_anchors.size();

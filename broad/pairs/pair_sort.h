@@ -12,7 +12,7 @@
 
 namespace cullet
 {
-/// Keys of pairs (pairKey(), PairSet::keyOf()) from one thread, in any order.
+/// Keys of pairs (pairKey(), rowKey()) from one thread, in any order.
 class alignas(64) KeyList
 {
 public:

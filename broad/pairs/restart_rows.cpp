@@ -2,24 +2,30 @@
 // SPDX-License-Identifier: Zlib
 #include "cullet/broad/pairs/restart_rows.h"
 
+#include "cullet/base/key_table.h"
+
 #include <algorithm>
-#include <unordered_map>
 
 namespace cullet
 {
 std::vector<KeyedPair> findRowsOf(const Pairs& known, const ProxyView& proxies)
 {
     std::vector<KeyedPair> pairs;
-    std::unordered_map<std::uint32_t, std::uint32_t> rowOf;
+    struct Slot
+    {
+        std::uint64_t key = kFreeKey;  ///< unique id
+        std::uint32_t row = kNoRow;
+    };
+    KeyTable<Slot> rowOf;
     for (std::uint32_t row = 0; row < proxies.size && !known.empty(); ++row)
     {
         if (isValid(proxies.boxes[row]))
-            rowOf[proxies.uniqueIds[row]] = row;
+            rowOf.insert(proxies.uniqueIds[row]).row = row;
     }
     const auto find = [&](std::uint32_t id)
     {
-        const auto found = rowOf.find(id);
-        return found != rowOf.end() ? found->second : kNoRow;
+        const Slot* const found = rowOf.find(id);
+        return found != nullptr ? found->row : kNoRow;
     };
     for (const Pair pair : known)
         pairs.push_back({pair, find(pair.first), find(pair.second)});

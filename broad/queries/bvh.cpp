@@ -27,30 +27,10 @@ double halfArea(const Aabb& box) noexcept
     return x >= 0.0 ? x * y + y * z + z * x : 0.0;
 }
 
-Aabb boundsOfLanes(const BoxNode& node) noexcept
-{
-    Aabb box;
-    for (int axis = 0; axis < 3; ++axis)
-    {
-        box.min[axis] = *std::min_element(node.planes[axis], node.planes[axis] + 8);
-        box.max[axis] = *std::max_element(node.planes[axis + 3], node.planes[axis + 3] + 8);
-    }
-    return box;
-}
-
-Aabb laneBox(const BoxNode& node, std::uint32_t lane) noexcept
+Aabb laneBox(const WideNode& node, std::uint32_t lane) noexcept
 {
     return {{node.planes[0][lane], node.planes[1][lane], node.planes[2][lane]},
             {node.planes[3][lane], node.planes[4][lane], node.planes[5][lane]}};
-}
-
-void setLane(BoxNode& node, std::uint32_t lane, const Aabb& box) noexcept
-{
-    for (int axis = 0; axis < 3; ++axis)
-    {
-        node.planes[axis][lane] = box.min[axis];
-        node.planes[axis + 3][lane] = box.max[axis];
-    }
 }
 }  // namespace
 
@@ -90,18 +70,8 @@ void Bvh::build(const Aabb* boxes, const std::vector<ProxyId>& rows)
 
 void Bvh::layOut(std::uint32_t slots)
 {
-    m_levelCount = 0;
-    std::uint32_t start = 0;
-    for (std::uint32_t count = slots / 8; count > 0; count = count == 1 ? 0 : (count + 7) / 8)
-    {
-        m_levelStart[m_levelCount++] = start;
-        start += count;
-    }
-    m_levelStart[m_levelCount] = start;
-    BoxNode empty;
-    for (std::uint32_t lane = 0; lane < 8; ++lane)
-        setLane(empty, lane, kEmptyAabb);
-    m_nodes.assign(start, empty);
+    m_levelCount = layOutLevels(slots / 8, m_levelStart);
+    m_nodes.assign(m_levelStart[m_levelCount], nodeOf(kEmptyAabb));
     m_rootBounds = kEmptyAabb;
     m_rows.assign(slots, kNoRow);
     for (int level = 0; level < m_levelCount; ++level)
@@ -159,7 +129,7 @@ bool Bvh::setBounds(int level, std::uint32_t index, const Aabb& box) noexcept
         m_rootBounds = box;
         return false;
     }
-    BoxNode& parent = node(level + 1, index / 8);
+    WideNode& parent = node(level + 1, index / 8);
     if (laneBox(parent, index % 8) == box)
         return false;
     setLane(parent, index % 8, box);
@@ -198,8 +168,8 @@ void Bvh::move(std::uint32_t slot, const Aabb& box) noexcept
     std::uint32_t index = slot / 8;
     setLane(node(0, index), slot % 8, box);
     m_leafArea -= halfArea(bounds(0, index));
-    m_leafArea += halfArea(boundsOfLanes(node(0, index)));
-    for (int level = 0; setBounds(level, index, boundsOfLanes(node(level, index))); ++level)
+    m_leafArea += halfArea(boundsOfLanes<Aabb>(node(0, index)));
+    for (int level = 0; setBounds(level, index, boundsOfLanes<Aabb>(node(level, index))); ++level)
         index /= 8;
 }
 
@@ -234,12 +204,12 @@ void Bvh::refitInner() noexcept
     {
         const std::uint32_t count = m_levelStart[level + 1] - m_levelStart[level];
         for (std::uint32_t index = 0; index < count; ++index)
-            setBounds(level, index, boundsOfLanes(node(level, index)));
+            setBounds(level, index, boundsOfLanes<Aabb>(node(level, index)));
     }
 }
 
 std::uint64_t Bvh::bytes() const noexcept
 {
-    return m_nodes.capacity() * sizeof(BoxNode) + m_rows.capacity() * sizeof(ProxyId);
+    return m_nodes.capacity() * sizeof(WideNode) + m_rows.capacity() * sizeof(ProxyId);
 }
 }  // namespace cullet

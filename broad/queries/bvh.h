@@ -75,12 +75,12 @@ private:
     void refitInner() noexcept;
     Aabb bounds(int level, std::uint32_t node) const noexcept;
     bool setBounds(int level, std::uint32_t node, const Aabb& box) noexcept;
-    BoxNode& node(int level, std::uint32_t index) noexcept { return m_nodes[m_levelStart[level] + index]; }
+    WideNode& node(int level, std::uint32_t index) noexcept { return m_nodes[m_levelStart[level] + index]; }
 
     const QueryKernels& m_kernels;
-    std::vector<BoxNode> m_nodes;  // leaves first, the root last
+    std::vector<WideNode> m_nodes;  // leaves first, the root last
     std::vector<ProxyId> m_rows;
-    std::uint32_t m_levelStart[kMaxTreeLevels + 1] = {};
+    std::uint32_t m_levelStart[kMaxWideLevels + 1] = {};
     int m_levelCount = 0;
     BoxTreeView m_view = {};  // points into the two vectors
     std::uint32_t m_rowCount = 0;

@@ -61,7 +61,7 @@ bool prepareRay(const RaySegment& segment, RayQuery& ray) noexcept
     const double lambdaMax = segment.lambdaMax;
     if (!(std::abs(lambdaMax) <= kLongest))
         return false;
-    ray.lambdaMax = roundUpToFloat(lambdaMax + std::abs(lambdaMax) * 4e-6);
+    ray.limit = roundUpToFloat(lambdaMax + std::abs(lambdaMax) * 4e-6);
     return prepareAxis(segment, 0, ray) && prepareAxis(segment, 1, ray) && prepareAxis(segment, 2, ray);
 }
 
@@ -70,18 +70,6 @@ bool hitsNothing(const RaySegment& segment) noexcept
 {
     return std::isnan(segment.inverseDirection[0]) || std::isnan(segment.origin[0]) ||
            std::isnan(segment.lambdaMax);
-}
-
-/// The part of a box that bounded boxes can overlap; finite, so that the empty lanes of a tree do not overlap it.
-Aabb finitePart(const Aabb& box) noexcept
-{
-    Aabb part;
-    for (int axis = 0; axis < 3; ++axis)
-    {
-        part.min[axis] = std::max(box.min[axis], -FLT_MAX);
-        part.max[axis] = std::min(box.max[axis], FLT_MAX);
-    }
-    return part;
 }
 
 /// Ski rental: an update that would save scans is postponed until the scans have cost as much as the update.

@@ -2,49 +2,39 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include "cullet/base/trees/wide_node.h"
 #include "cullet/broad/aabb.h"
 
 #include <cstdint>
 
 namespace cullet
 {
-/// Boxes of eight children, one lane each: a node of the tree of boxes, three cache lines.
-///
-/// An unused lane is empty in the sense of kEmptyAabb, so that no query enters it.
-struct alignas(64) BoxNode
-{
-    float planes[6][8];  ///< [0..2] minima, [3..5] maxima
-};
-
 /// A ray prepared for conservative float slab tests; made by prepareRay().
 ///
 /// A box is a candidate when, with the near and far plane of every axis chosen by the sign of `inverse`,
-/// max((near - nearOrigin) * inverse) <= lambdaMax, min((far - farOrigin) * inverse) >= 0 and
+/// max((near - nearOrigin) * inverse) <= limit, min((far - farOrigin) * inverse) >= 0 and
 /// max(near) <= min(far) * (1 + slack). The origins include the growth of the boxes and the rounding errors.
 struct RayQuery
 {
     float nearOrigin[3];
     float farOrigin[3];
     float inverse[3];
-    float lambdaMax;
+    float limit;
 };
-
-/// Levels of a tree over all rows that 32 bits can count: 8^11 > 2^32. The bound of the traversal stack.
-inline constexpr int kMaxTreeLevels = 11;
 
 /// Position of a traversal: per level, from a virtual node above the root down, one node and its children still to
 /// visit.
 struct TreeCursor
 {
-    std::uint32_t nodes[kMaxTreeLevels + 1];
-    std::uint32_t pending[kMaxTreeLevels + 1];
+    std::uint32_t nodes[kMaxWideLevels + 1];
+    std::uint32_t pending[kMaxWideLevels + 1];
     int depth;  ///< levels in use; 0: the traversal is over
 };
 
 /// A complete tree of eight-lane nodes as the kernels see it: child i of node n is node 8 n + i of the level below.
 struct BoxTreeView
 {
-    const BoxNode* levels[kMaxTreeLevels];  ///< [0] holds the leaves, whose lanes are rows
+    const WideNode* levels[kMaxWideLevels];  ///< [0] holds the leaves, whose lanes are rows
     int levelCount;
     const std::uint32_t* rows;  ///< [8 * leaves] the row in each lane of a leaf
 };
@@ -73,7 +63,7 @@ struct QueryKernels
     std::uint32_t (*scanRay)(const ScanView&, const RayQuery&, std::uint32_t& position, std::uint32_t* rows);
     /// Writes eight boxes into the lanes of a node and the box around them into `bounds`; returns the mask of those
     /// that are not empty.
-    std::uint32_t (*fillNode)(const Aabb* const* boxes, BoxNode& node, Aabb& bounds);
+    std::uint32_t (*fillNode)(const Aabb* const* boxes, WideNode& node, Aabb& bounds);
 };
 
 extern const QueryKernels kQueryKernelsBaseline;

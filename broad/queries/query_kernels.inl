@@ -4,7 +4,7 @@
 // The body of the query kernels, included once per instruction set by a translation unit that is compiled for it and
 // names its table in CULLET_QUERY_KERNELS. Everything here has internal linkage and calls no inline function of
 // another header: the linker could otherwise keep a copy with instructions that the machine lacks.
-#include "cullet/base/simd_float8.inl"
+#include "cullet/base/trees/wide_tests.inl"
 #include "cullet/broad/queries/query_kernels.h"
 
 #include <cstdint>
@@ -18,13 +18,6 @@ struct Lanes
 {
     Float8 planes[6];
     Float8 plane(int i) const { return planes[i]; }
-};
-
-/// Eight boxes in a node, each plane loaded when the test needs it.
-struct NodeLanes
-{
-    const BoxNode& node;
-    Float8 plane(int i) const { return load(node.planes[i]); }
 };
 
 #if defined(__AVX__)
@@ -114,81 +107,6 @@ inline Aabb unite(const Aabb* const* boxes)
     return bounds;
 }
 
-/// Lanes that overlap a box.
-class OverlapTest
-{
-public:
-    explicit OverlapTest(const Aabb& box)
-    {
-        for (int axis = 0; axis < 3; ++axis)
-        {
-            m_min[axis] = broadcast(box.min[axis]);
-            m_max[axis] = broadcast(box.max[axis]);
-        }
-    }
-
-    template <class Boxes>
-    std::uint32_t operator()(const Boxes& boxes) const
-    {
-        const Float8 x = (boxes.plane(0) <= m_max[0]) & (m_min[0] <= boxes.plane(3));
-        const Float8 y = (boxes.plane(1) <= m_max[1]) & (m_min[1] <= boxes.plane(4));
-        const Float8 z = (boxes.plane(2) <= m_max[2]) & (m_min[2] <= boxes.plane(5));
-        return bits(x & y & z);
-    }
-
-private:
-    Float8 m_min[3];
-    Float8 m_max[3];
-};
-
-/// Lanes that a prepared ray may hit. No product is NaN: origins are finite and inverses neither zero nor infinite.
-class RayTest
-{
-public:
-    explicit RayTest(const RayQuery& ray) : m_lambdaMax(broadcast(ray.lambdaMax))
-    {
-        for (int axis = 0; axis < 3; ++axis)
-        {
-            m_near[axis] = ray.inverse[axis] < 0.0f ? axis + 3 : axis;
-            m_far[axis] = ray.inverse[axis] < 0.0f ? axis : axis + 3;
-            m_nearOrigin[axis] = broadcast(ray.nearOrigin[axis]);
-            m_farOrigin[axis] = broadcast(ray.farOrigin[axis]);
-            m_inverse[axis] = broadcast(ray.inverse[axis]);
-        }
-    }
-
-    template <class Boxes>
-    std::uint32_t operator()(const Boxes& boxes) const
-    {
-        // Sixteen rounding steps cover the three roundings of this test and of the exact one that follows.
-        constexpr float kSlack = 1.0f + 16.0f / 8388608.0f;
-        const Float8 enter = larger(larger(enterAt(boxes, 0), enterAt(boxes, 1)), enterAt(boxes, 2));
-        const Float8 leave = smaller(smaller(leaveAt(boxes, 0), leaveAt(boxes, 1)), leaveAt(boxes, 2));
-        return bits((enter <= m_lambdaMax) & (broadcast(0.0f) <= leave) &
-                    (enter <= leave * broadcast(kSlack)));
-    }
-
-private:
-    template <class Boxes>
-    Float8 enterAt(const Boxes& boxes, int axis) const
-    {
-        return (boxes.plane(m_near[axis]) - m_nearOrigin[axis]) * m_inverse[axis];
-    }
-
-    template <class Boxes>
-    Float8 leaveAt(const Boxes& boxes, int axis) const
-    {
-        return (boxes.plane(m_far[axis]) - m_farOrigin[axis]) * m_inverse[axis];
-    }
-
-    Float8 m_nearOrigin[3];
-    Float8 m_farOrigin[3];
-    Float8 m_inverse[3];
-    Float8 m_lambdaMax;
-    int m_near[3];
-    int m_far[3];
-};
-
 /// Traverses a tree depth first from the cursor on, until the batch could overflow or the traversal is over.
 template <class Test>
 std::uint32_t traverse(const BoxTreeView& tree, const Test& test, TreeCursor& cursor, std::uint32_t* rows)
@@ -258,7 +176,7 @@ std::uint32_t treeOverlap(const BoxTreeView& tree, const Aabb& box, TreeCursor& 
 
 std::uint32_t treeRay(const BoxTreeView& tree, const RayQuery& ray, TreeCursor& cursor, std::uint32_t* rows)
 {
-    return traverse(tree, RayTest(ray), cursor, rows);
+    return traverse(tree, PathTest(ray), cursor, rows);
 }
 
 std::uint32_t scanOverlap(const ScanView& view, const Aabb& box, std::uint32_t& position, std::uint32_t* rows)
@@ -268,9 +186,9 @@ std::uint32_t scanOverlap(const ScanView& view, const Aabb& box, std::uint32_t& 
 
 std::uint32_t scanRay(const ScanView& view, const RayQuery& ray, std::uint32_t& position, std::uint32_t* rows)
 {
-    return scan(view, RayTest(ray), position, rows);
+    return scan(view, PathTest(ray), position, rows);
 }
-std::uint32_t fillNode(const Aabb* const* boxes, BoxNode& node, Aabb& bounds)
+std::uint32_t fillNode(const Aabb* const* boxes, WideNode& node, Aabb& bounds)
 {
     const Lanes lanes = gather(boxes);
     for (int i = 0; i < 6; ++i)

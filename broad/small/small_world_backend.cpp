@@ -3,6 +3,7 @@
 #include "cullet/broad/small/small_world_backend.h"
 
 #include "cullet/broad/boxes/aabb_simd.h"
+#include "cullet/broad/pairs/pair_tests.h"
 #include "cullet/broad/pairs/restart_rows.h"
 
 #include <algorithm>
@@ -101,12 +102,9 @@ bool SmallWorldBackend::updateInsideSkins(const ProxyView& view)
         loadChanged(view);
     for (const std::uint32_t row : m_skins.awake())
         updateRow(view, row, 0);
-    for (const RowPair pair : m_skins.candidatePairs())
-    {
-        if (overlapsBranchless(view.boxes[pair.a], view.boxes[pair.b]) != isHeld(pair.a, pair.b))
-            examine(view, pair.a, pair.b);
-    }
-    m_stats.candidates += m_skins.candidatePairs().size();
+    m_skins.pairs().updateChangeable(m_pairKernels, view, m_skins.references(),
+                                     [&](RowPair pair, bool /*isHeld*/) { change(view, pair); });
+    m_stats.candidates += m_skins.pairs().size();
     return true;
 }
 
@@ -115,7 +113,7 @@ void SmallWorldBackend::makeSkins(const ProxyView& view)
     m_skins.begin(view);
     for (std::uint32_t row = 0; row < view.size; ++row)
     {
-        m_kernels.findOverlaps({m_limits.data(), m_stride, view.size}, row, m_skins.pairSkin(), row / 64,
+        m_kernels.findOverlaps({m_limits.data(), m_stride, view.size}, row, m_skins.pairGap(), row / 64,
                                m_found.data());
         for (std::uint32_t word = row / 64; word < m_stride / 64; ++word)
         {
@@ -124,7 +122,7 @@ void SmallWorldBackend::makeSkins(const ProxyView& view)
             {
                 const std::uint32_t other = 64 * word + static_cast<std::uint32_t>(__builtin_ctzll(near));
                 if (other > row)
-                    m_skins.addCandidate(view, {row, other}, isHeld(row, other));
+                    m_skins.addPair(view, {row, other}, isHeld(row, other));
             }
         }
     }
@@ -208,10 +206,15 @@ void SmallWorldBackend::examine(const ProxyView& view, std::uint32_t row, std::u
     const bool areValid = isValid(a) && isValid(b);
     if (held ? areValid && overlapsWithMargin(a, b, view.margin) : !areValid)
         return;
-    if (!held && view.filters != nullptr && !passesFilter(view.filters[row], view.filters[other]))
-        return;
-    flip(row, other);
-    (held ? m_removed : m_added).push_back(pairKey(makePair(view.uniqueIds[row], view.uniqueIds[other])));
+    if (held || mayEnter(view, {row, other}))
+        change(view, {row, other});
+}
+
+/// The pair enters the pair set or leaves it.
+void SmallWorldBackend::change(const ProxyView& view, RowPair pair)
+{
+    (isHeld(pair.a, pair.b) ? m_removed : m_added).push_back(idsOf(view, pair));
+    flip(pair.a, pair.b);
 }
 
 void SmallWorldBackend::flip(std::uint32_t row, std::uint32_t other)

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "cullet/broad/backend.h"
+#include "cullet/broad/grid/columns/column_soa.h"
 #include "cullet/broad/pairs/pair_sort.h"
 #include "cullet/broad/small/overlap_kernels.h"
 #include "cullet/broad/small/small_world_skins.h"
@@ -23,7 +24,10 @@ class SmallWorldBackend final : public Backend
 {
 public:
     /// @param baseline use no instructions beyond the x86-64 baseline
-    explicit SmallWorldBackend(bool baseline) : m_kernels(chooseOverlapKernels(baseline)) {}
+    explicit SmallWorldBackend(bool baseline)
+        : m_kernels(chooseOverlapKernels(baseline)), m_pairKernels(chooseColumnKernels(baseline))
+    {
+    }
 
     Status update(const ProxyView& proxies, PairDelta& delta) override;
     void restart(const Pairs& known) override;
@@ -53,9 +57,11 @@ private:
     {
         return (heldOf(row)[other / 64] >> other % 64 & 1) != 0;
     }
+    void change(const ProxyView& view, RowPair pair);
     void flip(std::uint32_t row, std::uint32_t other);
 
     const OverlapKernels& m_kernels;
+    const ColumnKernels& m_pairKernels;
     std::uint32_t m_stride = 0;          ///< rows that the arrays have memory for, a multiple of 64
     std::vector<float> m_limits;         ///< [6 * stride], see BoxArrays
     std::vector<std::uint64_t> m_held;   ///< [stride * stride / 64] both halves of the symmetric matrix

@@ -3,8 +3,8 @@
 #pragma once
 
 #include "cullet/narrow/box/box_contact.h"
+#include "cullet/plugin/convex/isa_gjk_registration.h"
 #include "cullet/plugin/convex/kept_contacts.h"
-#include "cullet/plugin/isa_gjk.h"
 
 #include <BulletCollision/CollisionDispatch/btActivatingCollisionAlgorithm.h>
 #include <BulletCollision/CollisionDispatch/btManifoldResult.h>

@@ -6,8 +6,8 @@
 #include "cullet/narrow/gjk/gjk_types.h"
 #include "cullet/plugin/convex/body_motions.h"
 #include "cullet/plugin/convex/convex_pair.h"
+#include "cullet/plugin/convex/isa_gjk_registration.h"
 #include "cullet/plugin/convex/kept_contacts.h"
-#include "cullet/plugin/isa_gjk.h"
 #include "cullet/plugin/shapes/hull_cache.h"
 
 #include <BulletCollision/CollisionDispatch/btActivatingCollisionAlgorithm.h>

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "cullet/plugin/isa_gjk.h"
+#include "cullet/plugin/convex/isa_gjk_registration.h"
 #include "cullet/plugin/shapes/hull_cache.h"
 
 #include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>

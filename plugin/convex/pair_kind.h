@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include "cullet/plugin/convex/isa_gjk_registration.h"
 #include "cullet/plugin/core/class_memo.h"
 #include "cullet/plugin/core/precision.h"
-#include "cullet/plugin/isa_gjk.h"
 
 #include <BulletCollision/CollisionDispatch/btCollisionObject.h>
 #include <BulletCollision/CollisionShapes/btCompoundShape.h>

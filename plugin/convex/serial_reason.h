@@ -3,8 +3,8 @@
 #pragma once
 
 #include "cullet/plugin/convex/contact_stats.h"
+#include "cullet/plugin/convex/isa_gjk_registration.h"
 #include "cullet/plugin/core/precision.h"
-#include "cullet/plugin/isa_gjk.h"
 
 namespace cullet
 {

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include "cullet/plugin/convex/isa_gjk_registration.h"
 #include "cullet/plugin/convex/settled_search.h"
-#include "cullet/plugin/isa_gjk.h"
 #include "cullet/plugin/mesh/face_touch.h"
 #include "cullet/plugin/mesh/mesh_points.h"
 #include "cullet/plugin/mesh/triangle_batch.h"

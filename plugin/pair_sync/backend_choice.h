@@ -2,7 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "cullet/plugin/broadphase.h"
+#include "cullet/broad/backend.h"
+#include "cullet/plugin/core/broadphase_options.h"
 
 #include <cstdint>
 #include <functional>

@@ -46,19 +46,6 @@ bool isAnyCoarse(const ProxyView& view)
                        [&](std::uint32_t row)
                        { return isValid(view.boxes[row]) && isCoarse(view.boxes[row], view.margin); });
 }
-
-/// Sets the flag for a scope; an exception clears it too.
-class Scope
-{
-public:
-    explicit Scope(bool& flag) : m_flag(flag) { m_flag = true; }
-    ~Scope() { m_flag = false; }
-    Scope(const Scope&) = delete;
-    Scope& operator=(const Scope&) = delete;
-
-private:
-    bool& m_flag;
-};
 }  // namespace
 
 PairSync::PairSync(ProxyStore& store, btOverlappingPairCache* cache, std::unique_ptr<Backend> backend,
@@ -77,15 +64,13 @@ void PairSync::useBackend(std::unique_ptr<Backend> backend)
 void PairSync::setBackend(std::unique_ptr<Backend> backend)
 {
     useBackend(std::move(backend));
-    m_needsRestart = true;
-    m_wasInterrupted = true;
+    m_state.restart();
 }
 
 void PairSync::update(float margin, const QueryIndex& index, btDispatcher* dispatcher)
 {
-    if (m_isUpdating)
+    if (m_state.isUpdating())
         return;
-    const Scope updating(m_isUpdating);
     ++m_updatesTotal;
     if (!m_adapter.storesPairs())
         return skipChanges();
@@ -93,25 +78,25 @@ void PairSync::update(float margin, const QueryIndex& index, btDispatcher* dispa
     if (m_filter == nullptr)
         m_store.refreshSomeFilters();
     ProxyView view = m_store.table().beginUpdate(margin, m_filter == nullptr);
-    if (recentreIfCoarse(view))
+    const bool hasCoarseChanges = sizeof(btScalar) != sizeof(float) && isAnyCoarse(view);
+    if (hasCoarseChanges && tryRecentre())
         view = m_store.table().beginUpdate(margin, m_filter == nullptr);
     // The backend then reports the refused pairs that are not listed.
-    m_needsRestart |= m_mustReevaluateAll && (m_deferredPairs.hasMarkedRows() || m_allowedPairs != nullptr);
+    if (m_state.mustReevaluateAll() && (m_deferredPairs.hasMarkedRows() || m_allowedPairs != nullptr))
+        m_state.restart();
     m_due.clear();
     m_refusedNow = 0;
-    if (!runBackend(view))
+    const SyncState before = m_state;
+    SyncState::Update update(m_state);
+    if (!runBackend(view, before.needsRestart()))
         return;
-    // Cleared at the end, unless a callback interferes: after an exception the next update restarts the backend too and
-    // re-evaluates all deferred pairs, since this update has consumed the changes of their boxes.
-    m_needsRestart = true;
-    const bool mustReevaluateAll = std::exchange(m_mustReevaluateAll, true);
-    m_wasInterrupted = false;
-    // Deferred ones would be re-evaluated anyway.
-    if (m_isCacheChanged && !mustReevaluateAll)
+    update.consumeChanges();
+    if (before.isCacheChanged())
         deferExternallyRemoved(view);
-    m_isCacheChanged = false;
-    collectToReevaluate(view, mustReevaluateAll);
-    collectSeparated(view, mustReevaluateAll);
+    collectToReevaluate(view, before.mustReevaluateAll());
+    m_separatedPairs.clear();
+    if (hasCoarseChanges || (sizeof(btScalar) != sizeof(float) && before.mustReevaluateAll()))
+        collectSeparated(view);
     m_store.endUpdate();
     applyRemoved(margin, dispatcher);
     askAgain(index, margin);
@@ -122,10 +107,8 @@ void PairSync::update(float margin, const QueryIndex& index, btDispatcher* dispa
     if (mayBeginAllowedPairs())
         beginAllowedPairs(margin);
     m_expectedCount = m_adapter.count();
-    m_mustReevaluateAll = m_wasInterrupted;
     // New pairs of the backend that takes over are refused ones, as after a change of the cache.
-    m_isCacheChanged = !m_wasInterrupted && m_allowedPairs != nullptr && !m_allowedPairs->isStillCrowd();
-    m_needsRestart = m_wasInterrupted || m_isCacheChanged;
+    update.end(m_allowedPairs != nullptr && !m_allowedPairs->isStillCrowd());
     trimCapacity(m_delta.added);
     trimCapacity(m_delta.removed);
     trimCapacity(m_toReevaluate);
@@ -136,10 +119,9 @@ void PairSync::update(float margin, const QueryIndex& index, btDispatcher* dispa
 }
 
 /// Moves the origin of the table's boxes, if floats are too coarse where most of them are.
-bool PairSync::recentreIfCoarse(const ProxyView& view)
+bool PairSync::tryRecentre()
 {
-    m_isAnyCoarse = sizeof(btScalar) != sizeof(float) && isAnyCoarse(view);
-    if (!m_isAnyCoarse || m_updatesTotal < m_nextRecentring)
+    if (m_updatesTotal < m_nextRecentring)
         return false;
     bool hasMoved = false;
     try
@@ -154,7 +136,8 @@ bool PairSync::recentreIfCoarse(const ProxyView& view)
         hasMoved ? kShortestRecentringWait : std::min(2 * m_recentringWait, kLongestRecentringWait);
     m_nextRecentring = m_updatesTotal + m_recentringWait;
     // Deferred pairs have boxes of the former origin.
-    m_mustReevaluateAll |= hasMoved;
+    if (hasMoved)
+        m_state.reevaluate();
     return hasMoved;
 }
 
@@ -165,36 +148,31 @@ void PairSync::detectExternalChanges()
     {
         // Without a callback the backend drops pairs by group and mask, which a callback may let pass.
         if (m_filter == nullptr)
-            m_needsRestart = true;
-        m_mustReevaluateAll = true;
+            m_state.restart();
+        m_state.reevaluate();
         m_filter = filter;
     }
-    // In a restart for another reason, pairs that the application removed cannot be distinguished from new ones.
     const std::uint64_t externalChanges = m_adapter.externalChanges();
     const bool isChanged = m_adapter.count() != m_expectedCount || externalChanges != m_externalChanges;
     m_externalChanges = externalChanges;
-    if (m_needsRestart || !isChanged)
-        return;
-    m_isCacheChanged = true;
-    m_needsRestart = true;
+    if (isChanged)
+        m_state.changeCache();
 }
 
-bool PairSync::runBackend(const ProxyView& view)
+bool PairSync::runBackend(const ProxyView& view, bool needsRestart)
 {
-    if (m_allowedPairs != nullptr && !m_needsRestart && updateAllowedPairs(view))
+    if (m_allowedPairs != nullptr && !needsRestart && updateAllowedPairs(view))
         return true;
-    if (m_needsRestart)
+    if (m_allowedPairs != nullptr || needsRestart)
         restartBackend();
     const Status status = m_backend->update(view, m_delta);
     if (status == Status::Ok)
         return true;
-    m_needsRestart = true;
     replaceBackend(status);
     restartBackend();
     if (m_backend->update(view, m_delta) == Status::Ok)
         return true;
     log(LogLevel::Error, "the fallback backend failed too; pairs stay as they are until the next update");
-    m_needsRestart = true;
     return false;
 }
 
@@ -228,7 +206,6 @@ void PairSync::restartBackend()
     m_backend->restart(m_scratch);
     m_deferredPairs.unmarkAll();
     m_speculativePairs.clear();
-    m_needsRestart = false;
     ++m_restartsTotal;
 }
 
@@ -295,12 +272,9 @@ bool PairSync::areSeparated(Pair pair, float margin) const
 
 /// Far from the origin, boxes in double may separate by much more than the margin before the rounded boxes do.
 ///
-/// O(pairs) if such a box has changed, or may have changed in an update that an exception ended; else O(changes).
-void PairSync::collectSeparated(const ProxyView& view, bool mustReevaluateAll)
+/// Called if such a box has changed, or may have changed in an update that an exception ended. O(pairs).
+void PairSync::collectSeparated(const ProxyView& view)
 {
-    m_separatedPairs.clear();
-    if (sizeof(btScalar) == sizeof(float) || !(mustReevaluateAll || m_isAnyCoarse))
-        return;
     const auto hasCoarseBox = [&](const btBroadphaseProxy* proxy)
     { return isCoarse(m_store.origin().toTableOrEmpty(proxy->m_aabbMin, proxy->m_aabbMax), view.margin); };
     const btBroadphasePairArray& cached = m_adapter.cache()->getOverlappingPairArray();
@@ -414,7 +388,7 @@ void PairSync::addUnfiltered(Pair pair, float margin)
     m_deferredPairs.erase(pair);
     // If memory runs out, the next update restarts the backend and adds the remaining pairs.
     if (!m_adapter.addUnfiltered(*first, *second))
-        m_wasInterrupted = true;
+        m_state.restart();
 }
 
 /// Whether the exact boxes overlap, after callbacks may have changed them.
@@ -440,7 +414,7 @@ void PairSync::tryAdd(Pair pair, float margin)
     {
         // The filter has not refused the pair: the next update restarts the backend and adds it.
         m_deferredPairs.erase(pair);
-        m_wasInterrupted = true;
+        m_state.restart();
         return;
     }
     // The filter is code of the application, and may have destroyed one of the proxies.
@@ -482,10 +456,16 @@ void PairSync::addImmediately(Proxy& a, Proxy& b)
     ++m_expectedCount;
     if (m_deferredPairs.erase(pair))
         return;
-    // If insert() runs out of memory, the next update restarts the backend from the cache, which has the pair.
-    const bool neededRestart = std::exchange(m_needsRestart, true);
-    m_speculativePairs.insert(pair);
-    m_needsRestart = neededRestart;
+    try
+    {
+        m_speculativePairs.insert(pair);
+    }
+    catch (const std::bad_alloc&)
+    {
+        // The next update restarts the backend from the cache, which has the pair.
+        m_state.restart();
+        throw;
+    }
 }
 
 void PairSync::removePairsOf(Proxy& proxy, btDispatcher* dispatcher)
@@ -501,10 +481,8 @@ void PairSync::skipChanges()
 {
     m_store.table().beginUpdate(0.0f, false);
     m_store.endUpdate();
-    m_needsRestart = true;
-    m_isCacheChanged = false;
-    m_mustReevaluateAll = true;
-    m_wasInterrupted = true;
+    m_state.restart();
+    m_state.reevaluate();
 }
 
 void PairSync::addTo(BroadphaseStats& stats) const

@@ -5,11 +5,12 @@
 #include "cullet/broad/backend.h"
 #include "cullet/broad/queries/query_index.h"
 #include "cullet/broad/row_source.h"
-#include "cullet/plugin/broadphase.h"
+#include "cullet/plugin/core/broadphase_options.h"
 #include "cullet/plugin/pair_sync/allowed_pairs.h"
 #include "cullet/plugin/pair_sync/deferred_pairs.h"
 #include "cullet/plugin/pair_sync/pair_cache_adapter.h"
 #include "cullet/plugin/pair_sync/pair_map.h"
+#include "cullet/plugin/pair_sync/sync_state.h"
 #include "cullet/plugin/proxies/proxy_store.h"
 
 #include <cstdint>
@@ -61,7 +62,8 @@ public:
     /// The backend as a RowSource that knows where all rows are now; null if there is none.
     const RowSource* rowSource() const
     {
-        const bool knowsRows = !m_needsRestart && m_allowedPairs == nullptr && !m_store.table().hasChanges();
+        const bool knowsRows =
+            !m_state.needsRestart() && m_allowedPairs == nullptr && !m_store.table().hasChanges();
         return knowsRows ? m_rowSource : nullptr;
     }
     std::uint64_t updatesTotal() const noexcept { return m_updatesTotal; }
@@ -70,14 +72,14 @@ public:
 
 private:
     void useBackend(std::unique_ptr<Backend> backend);
-    bool recentreIfCoarse(const ProxyView& view);
+    bool tryRecentre();
     void detectExternalChanges();
-    bool runBackend(const ProxyView& view);
+    bool runBackend(const ProxyView& view, bool needsRestart);
     void replaceBackend(Status status);
     void restartBackend();
     void deferExternallyRemoved(const ProxyView& view);
     void collectToReevaluate(const ProxyView& view, bool mustReevaluateAll);
-    void collectSeparated(const ProxyView& view, bool mustReevaluateAll);
+    void collectSeparated(const ProxyView& view);
     void deferSeparated(float margin);
     void applyRemoved(float margin, btDispatcher* dispatcher);
     void applyAdded(float margin);
@@ -124,12 +126,7 @@ private:
     std::uint64_t m_refusedNow = 0;                     // pairs that the filter refused in this update
     int m_expectedCount = 0;                            // pairs in the cache if only PairSync has changed it
     std::uint64_t m_externalChanges = 0;                // the adapter's count at the last update
-    bool m_needsRestart = false;
-    bool m_mustReevaluateAll = false;
-    bool m_isAnyCoarse = false;     // isCoarse() for a changed box of this update
-    bool m_isCacheChanged = false;  // the only reason for the restart
-    bool m_isUpdating = false;
-    bool m_wasInterrupted = false;  // a callback of this update called skipChanges() or setBackend()
+    SyncState m_state;
     // Updates until the origin of the table may move again: a world that nothing makes finer is seldom asked.
     static constexpr std::uint64_t kShortestRecentringWait = 16, kLongestRecentringWait = 1024;
     std::uint64_t m_recentringWait = kShortestRecentringWait;

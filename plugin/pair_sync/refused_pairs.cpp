@@ -98,7 +98,7 @@ void PairSync::askAgain(const QueryIndex& index, float margin)
     std::sort(m_toReevaluate.begin(), m_toReevaluate.end());
     // A pair whose box a callback has moved away, and may move back, was not asked about.
     if (m_store.table().hasChanges() && m_allowedPairs == nullptr)
-        m_wasInterrupted = true;
+        m_state.restart();
 }
 
 bool PairSync::updateAllowedPairs(const ProxyView& view)
@@ -111,7 +111,6 @@ bool PairSync::updateAllowedPairs(const ProxyView& view)
     catch (const std::bad_alloc&)
     {
         m_due.clear();
-        m_needsRestart = true;
         return false;
     }
 }
@@ -121,7 +120,8 @@ bool PairSync::mayBeginAllowedPairs() const
     const auto allowed = static_cast<std::uint64_t>(m_adapter.count());
     return m_deferredPairs.hasMarkedRows() &&
            AllowedPairs::isCrowd(m_refusedNow, allowed, m_store.table().size()) && m_filter != nullptr &&
-           m_adapter.filterCallback() == m_filter && !m_wasInterrupted && !m_store.table().hasChanges();
+           m_adapter.filterCallback() == m_filter && !m_state.isInterrupted() &&
+           !m_store.table().hasChanges();
 }
 
 /// Lets AllowedPairs take the backend's place, with the pairs that the backend holds. The boxes are those of the update.

@@ -4,7 +4,7 @@
 
 #include "cullet/narrow/hull/hull.h"
 #include "cullet/plugin/core/equal_bytes.h"
-#include "cullet/plugin/isa_gjk.h"
+#include "cullet/plugin/shapes/hull_preparation.h"
 
 #include <BulletCollision/CollisionShapes/btConvexHullShape.h>
 

@@ -313,7 +313,7 @@ bool areEqual(const MeshTree& a, const MeshTree& b)
         leaves = level == 0 ? count : leaves;
         nodes += count;
     }
-    return std::memcmp(x.levels[0], y.levels[0], (nodes + 1) * sizeof(MeshNode)) == 0 &&
+    return std::memcmp(x.levels[0], y.levels[0], (nodes + 1) * sizeof(WideNode)) == 0 &&
            std::memcmp(x.items, y.items, 8 * leaves * sizeof(std::uint32_t)) == 0;
 }
 

@@ -103,7 +103,6 @@ public:
 
     const CellWindow& window() const { return m_window; }
     std::uint32_t capacity() const { return m_windowCount + m_capacity; }
-    std::uint32_t hashCapacity() const { return m_capacity; }
     std::uint32_t count() const { return m_windowCount + m_count.load(std::memory_order_relaxed); }
 
     /// The cell of a column, 0 for a gap.

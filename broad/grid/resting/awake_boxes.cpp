@@ -3,7 +3,7 @@
 #include "cullet/broad/grid/resting/awake_boxes.h"
 
 #include "cullet/base/bytes_of.h"
-#include "cullet/broad/grid/resting/verlet_update.h"
+#include "cullet/broad/grid/resting/classify_pairs.h"
 
 #include <algorithm>
 
@@ -18,7 +18,7 @@ constexpr std::uint32_t kWorthUpdates = 3;
 constexpr std::uint32_t kWait = 16;
 }  // namespace
 
-void AwakeBoxes::update(const ProxyView& view, float skin, bool areSomeNew)
+void AwakeBoxes::update(const ProxyView& view, Skin skin, bool areSomeNew)
 {
     ParallelLoops& workers = m_core.workers;
     const auto count = static_cast<std::uint32_t>(rows().size());
@@ -45,7 +45,7 @@ void AwakeBoxes::update(const ProxyView& view, float skin, bool areSomeNew)
     {
         ++m_age;
         m_core.stats.candidates += m_pairs.size();
-        updateChangeablePairs(m_core, view, m_pairs, 0);
+        m_pairs.updateChangeable(m_core.kernels, view, m_core.reference.data(), m_core.delta.reporter(view));
         return;
     }
     if (!isNew)
@@ -59,30 +59,30 @@ void AwakeBoxes::update(const ProxyView& view, float skin, bool areSomeNew)
 /// nearly every update or are fast.
 void AwakeBoxes::chooseSkin()
 {
-    if (m_skins.skin > 0.0f)
+    if (m_skins.skin.thickness > 0.0f)
         m_wait = m_age < kWorthUpdates ? kWait : 0;
     else if (m_wait != 0)
         --m_wait;
-    m_skins.skin = m_wait == 0 ? m_lists.meanSkin() : 0.0f;
+    m_skins.skin.thickness = m_wait == 0 ? m_lists.meanSkin() : 0.0f;
     m_age = 0;
 }
 
 /// Finds all pairs of awake boxes that can overlap while no awake box moves farther than the skin, and the pairs with
 /// unbounded boxes.
-void AwakeBoxes::scan(const ProxyView& view, float restingSkin, CollectingSink& sink)
+void AwakeBoxes::scan(const ProxyView& view, Skin restingSkin, CollectingSink& sink)
 {
     GridInput input;
     input.boxes = view.boxes;
     input.proxyRows = rows().data();
     input.count = static_cast<std::uint32_t>(rows().size());
-    input.grow = kGrowFactor * m_skins.skin;
+    input.grow = m_skins.skin.growth();
     m_grid.scan(input, sink, ColumnUse::Once);
     findPairsWithUnbounded(view, restingSkin, sink);
 }
 
-void AwakeBoxes::findPairsWithUnbounded(const ProxyView& view, float restingSkin, CollectingSink& sink) const
+void AwakeBoxes::findPairsWithUnbounded(const ProxyView& view, Skin restingSkin, CollectingSink& sink) const
 {
-    const float skin = kGrowFactor * std::max(m_skins.skin, restingSkin);
+    const float skin = std::max(m_skins.skin.growth(), restingSkin.growth());
     for (const std::uint32_t large : m_core.grid.unbounded())
     {
         if (m_states[large] != RowState::Resting)
@@ -97,8 +97,8 @@ void AwakeBoxes::findPairsWithUnbounded(const ProxyView& view, float restingSkin
 
 void AwakeBoxes::rebuildPairs(const ProxyView& view, const CollectingSink& sink)
 {
-    m_skins.boxes.resize(rows().size());
-    std::transform(rows().begin(), rows().end(), m_skins.boxes.begin(),
+    m_skins.references.resize(rows().size());
+    std::transform(rows().begin(), rows().end(), m_skins.references.begin(),
                    [&](std::uint32_t row) { return view.boxes[row]; });
     std::vector<RowPair> held;
     const auto keep = [&](RowPair pair) { held.push_back(pair); };
@@ -111,13 +111,13 @@ void AwakeBoxes::rebuildPairs(const ProxyView& view, const CollectingSink& sink)
 void AwakeBoxes::clear()
 {
     m_pairs.clear();
-    m_skins.boxes.clear();
-    m_skins.skin = 0;
+    m_skins.references.clear();
+    m_skins.skin = {};
     m_lists.clear();
 }
 
 std::uint64_t AwakeBoxes::bytes() const
 {
-    return m_grid.bytes() + m_lists.bytes() + m_pairs.bytes() + bytesOf(m_skins.boxes);
+    return m_grid.bytes() + m_lists.bytes() + m_pairs.bytes() + bytesOf(m_skins.references);
 }
 }  // namespace cullet

@@ -4,8 +4,8 @@
 
 #include "cullet/broad/grid/columns/pair_sinks.h"
 #include "cullet/broad/grid/resting/neighbour_lists.h"
-#include "cullet/broad/grid/resting/verlet_pairs.h"
 #include "cullet/broad/grid/update/grid_core.h"
+#include "cullet/broad/verlet/verlet_pairs.h"
 
 #include <cstdint>
 #include <vector>
@@ -33,7 +33,7 @@ public:
 
     /// @param skin       of resting boxes
     /// @param areSomeNew whether boxes became awake in this update
-    void update(const ProxyView& view, float skin, bool areSomeNew);
+    void update(const ProxyView& view, Skin skin, bool areSomeNew);
 
     template <class Visit>
     void forEachHeld(Visit visit) const
@@ -48,8 +48,8 @@ public:
 
 private:
     void chooseSkin();
-    void scan(const ProxyView& view, float restingSkin, CollectingSink& sink);
-    void findPairsWithUnbounded(const ProxyView& view, float restingSkin, CollectingSink& sink) const;
+    void scan(const ProxyView& view, Skin restingSkin, CollectingSink& sink);
+    void findPairsWithUnbounded(const ProxyView& view, Skin restingSkin, CollectingSink& sink) const;
     void rebuildPairs(const ProxyView& view, const CollectingSink& sink);
 
     GridCore& m_core;
@@ -57,7 +57,7 @@ private:
     ColumnGrid m_grid;  ///< awake boxes
     NeighbourLists m_lists;
     VerletPairs m_pairs;       ///< pairs of awake boxes with each other, and with unbounded boxes
-    AwakeSkins m_skins;        ///< of m_pairs
+    Skins m_skins;             ///< [rows(), at most] of m_pairs
     std::uint32_t m_age = 0;   ///< updates since m_pairs was made
     std::uint32_t m_wait = 0;  ///< updates until m_pairs gets a skin again
 };

@@ -4,7 +4,7 @@
 
 #include "cullet/base/bytes_of.h"
 #include "cullet/broad/boxes/prefetch_box.h"
-#include "cullet/broad/grid/resting/verlet_update.h"
+#include "cullet/broad/grid/resting/classify_pairs.h"
 
 #include <algorithm>
 #include <cmath>
@@ -86,7 +86,7 @@ TaskRange NeighbourLists::rangeOf(unsigned part) const
     return range;
 }
 
-void NeighbourLists::update(const ProxyView& view, const AwakeSkins& awake, bool areSomeNew, unsigned part,
+void NeighbourLists::update(const ProxyView& view, const Skins& awake, bool areSomeNew, unsigned part,
                             unsigned worker)
 {
     Part& to = m_parts[part];
@@ -97,14 +97,15 @@ void NeighbourLists::update(const ProxyView& view, const AwakeSkins& awake, bool
         prefetchBox(view.boxes + m_rows[std::min(i + kPrefetch, range.end - 1)]);
         const Aabb& box = view.boxes[m_rows[i]];
         const List& list = m_lists[i];
-        if (list.skin < 0.0f || !isInsideSkin(box, list.box, list.skin))
+        if (list.skin.thickness < 0.0f || !list.skin.contains(box, list.box))
             to.stale.push_back(i);
-        to.hasLeftSkin |= i >= awake.boxes.size() || !isInsideSkin(box, awake.boxes[i], awake.skin);
+        to.hasLeftSkin |= i >= awake.references.size() || !awake.contain(box, i);
     }
     if (areSomeNew)
         expireAwakePartners(to);
     makeLists(view, to, worker);
-    updateChangeablePairs(m_core, view, to.pairs, worker);
+    to.pairs.updateChangeable(m_core.kernels, view, m_core.reference.data(),
+                              m_core.delta.reporter(view, worker));
     if (2 * to.expiredCount > to.pairs.size() + kMaxExpired)
         compact(part);
 }
@@ -148,9 +149,10 @@ void NeighbourLists::prepareQuery(const ProxyView& view, std::uint32_t index, Pa
         return;
     }
     const float skin = listSkinOf(box);
-    list.skin = isInsideSkin(box, list.box, kSlowShare * skin) ? skin : 0.0f;
+    const bool isSlow = isInsideSkin(box, list.box, kSlowShare * skin);
+    list.skin.thickness = isSlow ? skin : 0.0f;
     list.box = box;
-    to.queries.push_back(ColumnGrid::grown(box, kGrowFactor * (list.skin + 2.0f * view.margin)));
+    to.queries.push_back(ColumnGrid::grown(box, Skin{list.skin.thickness + 2.0f * view.margin}.growth()));
 }
 
 void NeighbourLists::makeLists(const ProxyView& view, Part& to, unsigned worker)
@@ -264,7 +266,7 @@ float NeighbourLists::meanSkin() const
 {
     double sum = 0;
     for (const List& list : m_lists)
-        sum += std::max(list.skin, 0.0f);
+        sum += std::max(list.skin.thickness, 0.0f);
     return static_cast<float>(sum / static_cast<double>(m_lists.size()));
 }
 

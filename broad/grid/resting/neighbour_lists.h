@@ -3,10 +3,11 @@
 #pragma once
 
 #include "cullet/broad/aabb.h"
-#include "cullet/broad/grid/resting/verlet_pairs.h"
 #include "cullet/broad/grid/update/grid_core.h"
 #include "cullet/broad/pairs/sorted_pairs.h"
 #include "cullet/broad/row_pair.h"
+#include "cullet/broad/verlet/skin.h"
+#include "cullet/broad/verlet/verlet_pairs.h"
 
 #include <algorithm>
 #include <cstdint>
@@ -14,22 +15,12 @@
 
 namespace cullet
 {
-/// Boxes are enlarged by a little more than a skin, for the rounding of sums and differences.
-inline constexpr float kGrowFactor = 1.0001f;
-
 /// Where a row is in resting mode.
 enum class RowState : std::uint8_t
 {
     Absent,   ///< no box, or none in the frozen grid
     Resting,  ///< inside its skin
     Awake     ///< left its skin, or was created
-};
-
-/// What a list of pairs among awake boxes covers: those that may change while no box has left its skin.
-struct AwakeSkins
-{
-    std::vector<Aabb> boxes;  ///< [awake boxes, at most] when the list was made
-    float skin = 0;           ///< how far each box may move
 };
 
 /// The awake boxes of resting mode, and for each of them its pairs with resting boxes that can enter or leave the pair
@@ -61,8 +52,7 @@ public:
     ///
     /// @param awake       whether a box has left these skins is recorded
     /// @param areSomeNew  whether boxes became awake in this update
-    void update(const ProxyView& view, const AwakeSkins& awake, bool areSomeNew, unsigned part,
-                unsigned worker);
+    void update(const ProxyView& view, const Skins& awake, bool areSomeNew, unsigned part, unsigned worker);
 
     /// Pairs that update() tested.
     std::size_t testedCount() const;
@@ -94,11 +84,11 @@ private:
 
     struct List
     {
-        /// Value of `skin` for a list that has to be made; the list still holds its former pairs.
-        static constexpr float kUnmade = -1.0f;
+        /// The skin of a list that has to be made; the list still holds its former pairs.
+        static constexpr Skin kUnmade = {-1.0f};
 
         Aabb box;  ///< the box when the list was made
-        float skin;
+        Skin skin;
         std::uint32_t begin;  ///< [count] among the pairs of a Part
         std::uint32_t count;
     };
@@ -109,7 +99,7 @@ private:
         VerletPairs pairs;
         std::size_t expiredCount = 0;        ///< expired ones of `pairs`
         std::vector<RowPair> unlistedPairs;  ///< held pairs that this update added to no list
-        bool hasLeftSkin = false;            ///< an awake box left its skin of AwakeSkins
+        bool hasLeftSkin = false;            ///< an awake box left its skin among those
         // Scratch:
         std::vector<std::uint32_t> stale;  ///< awake boxes whose lists have to be made
         std::vector<Aabb> queries;         ///< [stale]

@@ -3,7 +3,7 @@
 #include "cullet/broad/grid/resting/resting_mode.h"
 
 #include "cullet/base/bytes_of.h"
-#include "cullet/broad/grid/resting/verlet_update.h"
+#include "cullet/broad/grid/resting/classify_pairs.h"
 
 #include <algorithm>
 #include <array>
@@ -24,9 +24,9 @@ constexpr std::uint32_t kBlock = 512;
 void RestingMode::begin(const ProxyView& view, const std::vector<RowPair>& held)
 {
     m_core.stats.path = "settle";
-    m_skin = 0.5f * view.margin;
+    m_skin = Skin::ofMargin(view.margin);
     m_margin = view.margin;
-    m_pairs.setPersistentGap(persistentGapOf(view.margin, m_skin));
+    m_pairs.setPersistentGap(m_skin.persistentGap(view.margin));
     m_policy.begin(view.size);
     m_wasted = 0;
     for (std::uint32_t row = 0; row < view.size; ++row)
@@ -35,7 +35,7 @@ void RestingMode::begin(const ProxyView& view, const std::vector<RowPair>& held)
     GridInput input;
     input.boxes = view.boxes;
     input.count = view.size;
-    input.grow = kGrowFactor * m_skin;
+    input.grow = m_skin.growth();
     m_core.grid.scan(input, sink, ColumnUse::Query);
     classifyPairs(m_core, view, sink, held, m_pairs);
     m_pairs.finish(view.size);
@@ -104,7 +104,7 @@ void RestingMode::classifyChangedBoxes(const ProxyView& view)
     m_changes.inside.clear();
     m_changes.outside.clear();
     // In an infinite skin everything is inside, destroyed boxes too, so that the kernel finds none.
-    m_changes.areFew = view.dirtyCount <= view.size / kManyShare || !std::isfinite(m_skin);
+    m_changes.areFew = view.dirtyCount <= view.size / kManyShare || !std::isfinite(m_skin.thickness);
     const std::uint32_t awakeMoves =
         m_changes.areFew ? classifyFewChangedBoxes(view) : classifyAllBoxes(view);
     m_changes.insideCount = view.dirtyCount - awakeMoves - m_changes.outside.size();
@@ -122,7 +122,7 @@ std::uint32_t RestingMode::classifyFewChangedBoxes(const ProxyView& view)
             ++awakeMoves;
         else if (m_states[row] == RowState::Absent ||
                  (view.changes[row] & (kRowCreated | kRowDestroyed)) != 0 ||
-                 !isInsideSkin(view.boxes[row], m_core.reference[row], m_skin))
+                 !m_skin.contains(view.boxes[row], m_core.reference[row]))
             m_changes.outside.push_back(row);
         else
             m_changes.inside.push_back(row);
@@ -134,7 +134,7 @@ std::uint32_t RestingMode::classifyFewChangedBoxes(const ProxyView& view)
 /// changed ones. Created and destroyed boxes are outside of any skin.
 std::uint32_t RestingMode::classifyAllBoxes(const ProxyView& view)
 {
-    const SkinSource source = {view.boxes, m_core.reference.data(), m_skin};
+    const SkinSource source = {view.boxes, m_core.reference.data(), m_skin.thickness};
     std::array<std::uint32_t, kBlock> outside;
     for (std::uint32_t begin = 0; begin < view.size; begin += kBlock)
     {
@@ -159,7 +159,7 @@ void RestingMode::updatePairs(const ProxyView& view)
     if (!m_changes.areFew)
     {
         m_core.stats.candidates += m_pairs.changeableCount();
-        updateChangeablePairs(m_core, view, m_pairs, 0);
+        m_pairs.updateChangeable(m_core.kernels, view, m_core.reference.data(), m_core.delta.reporter(view));
         return;
     }
     for (const std::uint32_t row : m_changes.inside)
@@ -170,7 +170,8 @@ void RestingMode::updatePairs(const ProxyView& view)
                               if (!m_pairs.isChangeable(index))
                                   return;
                               ++m_core.stats.candidates;
-                              updatePairState(m_core, view, m_pairs, index, 0);
+                              m_pairs.update(index, view, m_core.reference.data(),
+                                             m_core.delta.reporter(view));
                           });
     }
 }

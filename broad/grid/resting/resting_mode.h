@@ -3,9 +3,9 @@
 #pragma once
 
 #include "cullet/broad/grid/resting/awake_boxes.h"
-#include "cullet/broad/grid/resting/verlet_pairs.h"
 #include "cullet/broad/grid/update/grid_core.h"
 #include "cullet/broad/grid/update/mode_policy.h"
+#include "cullet/broad/verlet/verlet_pairs.h"
 
 #include <cstdint>
 #include <vector>
@@ -71,7 +71,7 @@ private:
     GridCore& m_core;
     ModePolicy& m_policy;
     std::vector<RowState> m_states;  ///< [rows]
-    float m_skin = 0;                ///< thickness of the skins: half the margin
+    Skin m_skin;                     ///< half the margin
     float m_margin = 0;
     VerletPairs m_pairs;  ///< of resting boxes
     AwakeBoxes m_awake;

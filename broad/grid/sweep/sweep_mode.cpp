@@ -50,7 +50,7 @@ public:
             const bool overlaps = found.gap[i] <= 0.0f;
             // UnsweptPairs has recorded the exempt pairs that overlap again.
             if (m_isListing)
-                m_mode.m_overlapping.found(worker).pushIf(PairSet::keyOf(pair.a, pair.b),
+                m_mode.m_overlapping.found(worker).pushIf(rowKey(pair),
                                                           m_mode.m_unswept.isHeld(m_view, pair));
             if (overlapped != overlaps)
                 examine(worker, pair, found.gap[i]);
@@ -89,7 +89,7 @@ public:
         {
             const RowPair pair = found.pair(i);
             // UnsweptPairs has recorded the exempt pairs that overlap again.
-            writer.pushIf(PairSet::keyOf(pair.a, pair.b), m_mode.m_unswept.isHeld(m_view, pair));
+            writer.pushIf(rowKey(pair), m_mode.m_unswept.isHeld(m_view, pair));
         }
     }
 
@@ -112,7 +112,7 @@ void SweepMode::begin(const ProxyView& view, const std::vector<RowPair>& held)
     sink.forEach(
         [&](RowPair pair)
         {
-            const std::uint64_t key = PairSet::keyOf(pair.a, pair.b);
+            const std::uint64_t key = rowKey(pair);
             const bool passes = mayEnter(view, pair);
             const bool wasHeld = m_core.heldBefore.contains(key);
             if (wasHeld && !passes)
@@ -209,7 +209,7 @@ void SweepMode::listOverlapping()
     sink.forEach(
         [&](RowPair pair)
         {
-            const std::uint64_t key = PairSet::keyOf(pair.a, pair.b);
+            const std::uint64_t key = rowKey(pair);
             if (m_filterWords.empty() || passesFilter(m_filterWords[pair.a], m_filterWords[pair.b]) ||
                 m_unswept.isExempt(key))
                 m_overlapping.add(key);

@@ -35,7 +35,7 @@ void UnsweptPairs::beginUpdate(const ProxyView& view)
             else if (mayEnter(view, pair))
                 m_core.delta.add(view, pair, worker);
             else
-                m_threads[worker].newlyExempt.push_back(PairSet::keyOf(pair.a, pair.b));
+                m_threads[worker].newlyExempt.push_back(rowKey(pair));
         });
     for (const ThreadDelta& delta : m_threads)
     {
@@ -46,8 +46,8 @@ void UnsweptPairs::beginUpdate(const ProxyView& view)
 
 void UnsweptPairs::separate(const ProxyView& view, RowPair pair, bool isWithinMargin, unsigned worker)
 {
-    if (hasExempt() && isExempt(PairSet::keyOf(pair.a, pair.b)))
-        recordEndOfExemption(PairSet::keyOf(pair.a, pair.b), worker);
+    if (hasExempt() && isExempt(rowKey(pair)))
+        recordEndOfExemption(rowKey(pair), worker);
     if (isWithinMargin)
         recordHysteresis(pair, worker);
     else

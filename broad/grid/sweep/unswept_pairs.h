@@ -2,8 +2,9 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include "cullet/base/key_table.h"
 #include "cullet/broad/grid/update/grid_core.h"
-#include "cullet/broad/pairs/pair_table.h"
+#include "cullet/broad/pairs/pair_tests.h"
 
 #include <cstdint>
 #include <vector>
@@ -34,7 +35,7 @@ public:
     /// Whether a pair that overlaps is held.
     bool isHeld(const ProxyView& view, RowPair pair) const
     {
-        return mayEnter(view, pair) || isExempt(PairSet::keyOf(pair.a, pair.b));
+        return mayEnter(view, pair) || isExempt(rowKey(pair));
     }
 
     /// Begins an update and tests the hysteresis pairs. The sweep will report those that overlap again as new.
@@ -63,7 +64,7 @@ private:
 
     GridCore& m_core;
     std::vector<RowPair> m_hysteresisPairs;
-    PairSet m_exempt;
+    KeySet m_exempt;
     std::vector<ThreadDelta> m_threads;
 };
 }  // namespace cullet

@@ -3,7 +3,7 @@
 #include "cullet/broad/grid/update/grid_core.h"
 
 #include "cullet/base/bytes_of.h"
-#include "cullet/broad/pairs/pair_table.h"
+#include "cullet/broad/pairs/pair_tests.h"
 
 namespace cullet
 {
@@ -13,7 +13,7 @@ void GridCore::sortHeldBefore(const std::vector<RowPair>& pairs)
         list.clear();
     found[0].makeRoom(pairs.size());
     for (const RowPair pair : pairs)
-        found[0].pushIf(PairSet::keyOf(pair.a, pair.b), true);
+        found[0].pushIf(rowKey(pair), true);
     delta.sorter().sort(workers, found, m_keys);
     found[0].clear();
     found[0].trim();

@@ -3,8 +3,8 @@
 #pragma once
 
 #include "cullet/base/threads/parallel_loops.h"
-#include "cullet/broad/grid/update/pair_tests.h"
 #include "cullet/broad/pairs/pair_sort.h"
+#include "cullet/broad/pairs/pair_tests.h"
 
 #include <cstdint>
 #include <vector>
@@ -30,6 +30,13 @@ public:
     void remove(const ProxyView& view, RowPair pair, unsigned worker = 0)
     {
         m_removed[worker].push(idsOf(view, pair));
+    }
+
+    /// For VerletPairs: records in the lists of a thread which pairs enter and leave the pair set.
+    auto reporter(const ProxyView& view, unsigned worker = 0)
+    {
+        return [this, &view, worker](RowPair pair, bool isHeld)
+        { isHeld ? add(view, pair, worker) : remove(view, pair, worker); };
     }
 
     /// Sorts the changes into `delta`. Where there are few of them or few threads, one thread sorts the added pairs and

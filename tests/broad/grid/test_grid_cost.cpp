@@ -7,8 +7,8 @@
 #include "cullet/broad/grid/column_grid_backend.h"
 #include "cullet/broad/grid/columns/column_grid.h"
 #include "cullet/broad/grid/columns/column_hash.h"
-#include "cullet/broad/grid/resting/verlet_pairs.h"
 #include "cullet/broad/proxy_table.h"
+#include "cullet/broad/verlet/verlet_pairs.h"
 #include "cullet/tests/support/boxes.h"
 #include "cullet/tests/support/random.h"
 

@@ -5,8 +5,8 @@
 // all boxes rest.
 
 #include "cullet/broad/grid/column_grid_backend.h"
-#include "cullet/broad/grid/resting/verlet_pairs.h"
 #include "cullet/broad/proxy_table.h"
+#include "cullet/broad/verlet/verlet_pairs.h"
 #include "cullet/tests/broad/grid/column_kernels_here.h"
 #include "cullet/tests/support/boxes.h"
 #include "cullet/tests/support/random.h"

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "cullet/broad/pairs/pair_table.h"
+#include "cullet/broad/pairs/pair_tests.h"
 #include "cullet/broad/pairs/sorted_pairs.h"
 #include "cullet/tests/support/random.h"
 
@@ -21,7 +21,7 @@ std::set<std::uint64_t> keysAmong(Random& random, std::uint32_t rows, std::size_
         const std::uint32_t a = random.below(rows);
         const std::uint32_t b = random.below(rows);
         if (a != b)
-            keys.insert(PairSet::keyOf(a, b));
+            keys.insert(rowKey({a, b}));
     }
     return keys;
 }
@@ -49,7 +49,7 @@ void expectSameAnswers(SortedPairs& pairs, std::set<std::uint64_t> keys,
 TEST(SortedPairs, ContainsNoKeyWhenEmpty)
 {
     SortedPairs pairs;
-    for (const std::uint64_t key : {std::uint64_t{0}, ~std::uint64_t{0}, PairSet::keyOf(1, 2)})
+    for (const std::uint64_t key : {std::uint64_t{0}, ~std::uint64_t{0}, rowKey({1, 2})})
     {
         EXPECT_FALSE(pairs.contains(key));
         EXPECT_FALSE(pairs.erase(key));
@@ -72,7 +72,7 @@ TEST(SortedPairs, ContainsAndErasesSameKeysAsSet)
         for (int i = 0; i < 2000; ++i)
         {
             const std::uint32_t b = random.below(rows + 5), a = random.below(rows + 5);
-            const std::uint64_t key = PairSet::keyOf(a, b);
+            const std::uint64_t key = rowKey({a, b});
             questions.push_back(key);
             hits += keys.count(key);
         }
@@ -86,12 +86,12 @@ TEST(SortedPairs, ContainsAndErasesSameKeysAsSet)
 // Nearly all pairs are in one part of the divided range.
 TEST(SortedPairs, FindsPairsWhenKeysAreClustered)
 {
-    std::set<std::uint64_t> keys = {PairSet::keyOf(0, 1), PairSet::keyOf(0x3ffffffe, 0x3fffffff)};
+    std::set<std::uint64_t> keys = {rowKey({0, 1}), rowKey({0x3ffffffe, 0x3fffffff})};
     for (std::uint32_t row = 0; row < 5000; ++row)
-        keys.insert(PairSet::keyOf(77, 1000 + 3 * row));
+        keys.insert(rowKey({77, 1000 + 3 * row}));
     std::vector<std::uint64_t> questions(keys.begin(), keys.end());
     for (std::uint32_t row = 0; row < 20000; ++row)
-        questions.push_back(PairSet::keyOf(77, 100 + row));
+        questions.push_back(rowKey({77, 100 + row}));
     SortedPairs pairs = pairsOf(keys);
     expectSameAnswers(pairs, keys, questions);
 }

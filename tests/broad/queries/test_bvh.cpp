@@ -72,8 +72,8 @@ void expectSound(const Bvh& tree, const std::vector<Aabb>& boxes)
         const std::uint32_t count = static_cast<std::uint32_t>(view.levels[level + 1] - view.levels[level]);
         for (std::uint32_t index = 0; index < count; ++index)
         {
-            const BoxNode& node = view.levels[level][index];
-            const BoxNode& parent = view.levels[level + 1][index / 8];
+            const WideNode& node = view.levels[level][index];
+            const WideNode& parent = view.levels[level + 1][index / 8];
             for (int axis = 0; axis < 3; ++axis)
             {
                 EXPECT_EQ(*std::min_element(node.planes[axis], node.planes[axis] + 8),

@@ -9,7 +9,7 @@
 #include <cstdint>
 #include <limits>
 
-/// Tests of pairs of rows in an update of the grid.
+/// Tests of pairs of rows in an update.
 namespace cullet
 {
 /// The box, or NaN for an empty one: no comparison holds for NaN, not even with an infinite box.
@@ -19,12 +19,19 @@ inline Aabb nanIfEmpty(const Aabb& box)
     return isValidBranchless(box) ? box : Aabb{{kNan, kNan, kNan}, {kNan, kNan, kNan}};
 }
 
+/// Whether the filter words of a view let a pair enter.
 inline bool mayEnter(const ProxyView& view, RowPair pair)
 {
     return view.filters == nullptr || passesFilter(view.filters[pair.a], view.filters[pair.b]);
 }
 
-/// The rows of a key of PairSet::keyOf().
+/// Key of a pair of rows in either order, below kFreeKey.
+inline std::uint64_t rowKey(RowPair pair)
+{
+    return pairKey(makePair(pair.a, pair.b));
+}
+
+/// The rows of a rowKey(), the lower one first.
 inline RowPair rowsOf(std::uint64_t key)
 {
     return {static_cast<std::uint32_t>(key >> 32), static_cast<std::uint32_t>(key)};

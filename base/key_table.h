@@ -2,26 +2,22 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "cullet/broad/pair.h"
-
 #include <cstddef>
 #include <cstdint>
 #include <vector>
 
 namespace cullet
 {
-inline constexpr std::uint64_t kFreePair = ~0ull;  ///< the key of no pair
+inline constexpr std::uint64_t kFreeKey = ~0ull;  ///< no key
 
-/// Table of pairs of table rows: open addressing with linear probing on 64-bit keys. All O(1), except forEach().
+/// Table of 64-bit keys: open addressing with linear probing. All O(1), except forEach().
 ///
-/// @tparam Slot a `std::uint64_t key = kFreePair` and what is stored with it
+/// @tparam Slot a `std::uint64_t key = kFreeKey` and what is stored with it
 template <class Slot>
-class PairTable
+class KeyTable
 {
 public:
-    static std::uint64_t keyOf(std::uint32_t a, std::uint32_t b) { return pairKey(makePair(a, b)); }
-
-    /// Empties the table and allocates memory for `count` pairs.
+    /// Empties the table and allocates memory for `count` keys.
     void reset(std::size_t count)
     {
         std::size_t capacity = 16;
@@ -35,11 +31,11 @@ public:
     bool isEmpty() const { return m_count == 0; }
     std::size_t count() const { return m_count; }
 
-    /// The slot of a pair; null if the table does not contain it.
+    /// The slot of a key; null if the table does not contain it.
     Slot* find(std::uint64_t key) { return contains(key) ? &m_slots[place(key)] : nullptr; }
     bool contains(std::uint64_t key) const { return m_count != 0 && m_slots[place(key)].key == key; }
 
-    /// Adds the pair if the table does not contain it, and returns its slot.
+    /// Adds the key if the table does not contain it, and returns its slot.
     Slot& insert(std::uint64_t key)
     {
         if (2 * (m_count + 1) > m_slots.size())
@@ -50,7 +46,7 @@ public:
         return slot;
     }
 
-    /// Removes the pair and returns whether the table contained it. Backward-shift deletion leaves no tombstones.
+    /// Removes the key and returns whether the table contained it. Backward-shift deletion leaves no tombstones.
     bool erase(std::uint64_t key)
     {
         if (m_count == 0)
@@ -72,7 +68,7 @@ public:
         return true;
     }
 
-    /// Calls visit(slot) for every pair, in no particular order; visit() must not change the table.
+    /// Calls visit(slot) for every key, in no particular order; visit() must not change the table.
     template <class Visit>
     void forEach(Visit visit) const
     {
@@ -93,7 +89,7 @@ private:
         return static_cast<std::size_t>(hash * 0xD6E8FEB86659FD93ull >> 20) & m_mask;
     }
 
-    /// Where the pair is, or would be. @pre there is a free slot
+    /// Where the key is, or would be. @pre there is a free slot
     std::size_t place(std::uint64_t key) const
     {
         std::size_t slot = home(key);
@@ -119,11 +115,10 @@ private:
     std::size_t m_count = 0;
 };
 
-struct PairSlot
+struct KeySlot
 {
-    std::uint64_t key = kFreePair;
+    std::uint64_t key = kFreeKey;
 };
 
-/// Set of pairs of table rows.
-using PairSet = PairTable<PairSlot>;
+using KeySet = KeyTable<KeySlot>;
 }  // namespace cullet

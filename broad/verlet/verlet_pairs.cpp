@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "cullet/broad/grid/resting/verlet_pairs.h"
+#include "cullet/broad/verlet/verlet_pairs.h"
 
 #include <algorithm>
 #include <limits>

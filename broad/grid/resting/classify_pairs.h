@@ -3,8 +3,8 @@
 #pragma once
 
 #include "cullet/broad/grid/columns/pair_sinks.h"
-#include "cullet/broad/grid/resting/verlet_pairs.h"
 #include "cullet/broad/grid/update/grid_core.h"
+#include "cullet/broad/verlet/verlet_pairs.h"
 
 #include <cstdint>
 #include <vector>
@@ -18,11 +18,4 @@ namespace cullet
 /// @param pairs      [out] all pairs that may change or are held
 void classifyPairs(GridCore& core, const ProxyView& view, const CollectingSink& candidates,
                    const std::vector<RowPair>& held, VerletPairs& pairs);
-
-/// Updates the state of a changeable pair by its boxes, and reports a change of the pair set.
-void updatePairState(GridCore& core, const ProxyView& view, VerletPairs& pairs, std::size_t index,
-                     unsigned worker);
-
-/// Tests all changeable pairs without branches: hardly any changes, and which one cannot be predicted.
-void updateChangeablePairs(GridCore& core, const ProxyView& view, VerletPairs& pairs, unsigned worker);
 }  // namespace cullet

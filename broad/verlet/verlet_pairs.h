@@ -2,9 +2,13 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include "cullet/broad/backend.h"
 #include "cullet/broad/boxes/aabb_simd.h"
 #include "cullet/broad/grid/columns/column_soa.h"
+#include "cullet/broad/pairs/pair_tests.h"
 
+#include <algorithm>
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <vector>
@@ -37,10 +41,10 @@ public:
         return m_persistentGap && gapOf(a, b) <= *m_persistentGap;
     }
 
-    /// Adds a pair; all persistent pairs come first, finish() after the last pair.
+    /// Adds a pair; all persistent pairs come first. A list that is used for changeable pairs only may leave them out.
     void add(RowPair pair, State state);
 
-    /// Builds the index from rows to their pairs. O(rows + pairs).
+    /// Builds the index of forEachOf(), after the last pair. O(rows + pairs).
     void finish(std::uint32_t rowCount);
 
     std::size_t size() const { return m_pairs.size(); }
@@ -55,6 +59,29 @@ public:
 
     /// Input of the kernel that finds the pairs that do so.
     PairStateSource pairStateSource(const Aabb* boxes, float margin) const;
+
+    /// Updates the state of a pair by its boxes.
+    ///
+    /// @param references by row: boxes for which setPersistentGap() holds
+    /// @param report     called as report(pair, isHeld) if the pair enters or leaves the pair set
+    template <class Report>
+    void update(std::size_t index, const ProxyView& view, const Aabb* references, Report report);
+
+    /// Updates all changeable pairs without branches: hardly any changes, and which one cannot be predicted.
+    template <class Report>
+    void updateChangeable(const ColumnKernels& kernels, const ProxyView& view, const Aabb* references,
+                          Report report);
+
+    /// Expires the pairs for which isOver(pair) is true.
+    template <class IsOver>
+    void expireIf(IsOver isOver)
+    {
+        for (std::size_t i = 0; i < m_pairs.size(); ++i)
+        {
+            if (isOver(m_pairs[i]))
+                m_states[i] = State::Expired;
+        }
+    }
 
     /// Calls visit(index) for every pair of a row that has not expired.
     template <class Visit>
@@ -92,4 +119,43 @@ private:
     std::vector<std::uint32_t> m_offsets;  // [rows + 1] into m_items
     std::vector<std::uint32_t> m_items;    // pair indices, each twice
 };
+
+template <class Report>
+void VerletPairs::update(std::size_t index, const ProxyView& view, const Aabb* references, Report report)
+{
+    const State state = m_states[index];
+    const RowPair pair = m_pairs[index];
+    const Aabb& a = view.boxes[pair.a];
+    const Aabb& b = view.boxes[pair.b];
+    const bool overlap = overlapsBranchless(a, b);
+    // A candidate may be a former pair that the filter words reject by now, hence mayEnter().
+    if (state == State::Candidate && overlap && mayEnter(view, pair))
+    {
+        const bool stays = isPersistent(references[pair.a], references[pair.b]);
+        m_states[index] = stays ? State::Persistent : State::Overlapping;
+        report(pair, true);
+    }
+    else if (state == State::Overlapping && !overlap && !overlapsWithMargin(a, b, view.margin))
+    {
+        m_states[index] = State::Candidate;
+        report(pair, false);
+    }
+}
+
+template <class Report>
+void VerletPairs::updateChangeable(const ColumnKernels& kernels, const ProxyView& view,
+                                   const Aabb* references, Report report)
+{
+    constexpr std::uint32_t kBlock = 512;  // pairs per call of the kernel
+    const PairStateSource source = pairStateSource(view.boxes, view.margin);
+    std::array<std::uint32_t, kBlock> changed;
+    const auto count = static_cast<std::uint32_t>(m_pairs.size());
+    for (auto begin = static_cast<std::uint32_t>(m_firstChangeable); begin < count; begin += kBlock)
+    {
+        const std::uint32_t end = std::min(begin + kBlock, count);
+        const std::uint32_t found = kernels.findChangedPairs(source, begin, end, changed.data());
+        for (std::uint32_t i = 0; i < found; ++i)
+            update(changed[i], view, references, report);
+    }
+}
 }  // namespace cullet
