@@ -139,7 +139,11 @@ TEST_F(MeshEdits, AreSeenWhenShapeGetsAnotherTree)
 
     level.raise(0);
     btBvhTriangleMeshShape other(level.interface.get(), true);
+    btOptimizedBvh* const former = shape.getOptimizedBvh();
     shape.setOptimizedBvh(other.getOptimizedBvh());
+    // The shape has forgotten that it owns it.
+    former->~btOptimizedBvh();
+    btAlignedFree(former);
     EXPECT_EQ(contactsOf(pair, above(0.0)), 4);
     EXPECT_EQ(contactsOf(pair, above(1.0)), 0);
 }
