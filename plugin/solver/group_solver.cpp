@@ -15,7 +15,7 @@ namespace
 {
 /// Iterations of the joints alone, before the first substep's: once without and once with what forces add. With 4 of them,
 /// twelve hanging beads never come to rest.
-constexpr int kFirstJointSweeps = 16;
+constexpr int kFirstJointSweeps = 24;
 
 bool hasMode(const btContactSolverInfo& info, int mode)
 {
