@@ -16,7 +16,8 @@ constexpr std::size_t kMany = 512;
 constexpr std::uint32_t kRanges = 512;  ///< of bodies that are near each other
 }  // namespace
 
-void BlockPlan::build(const std::vector<Constraint>& constraints, std::uint32_t bodies, LastBlocks last)
+void BlockPlan::build(const std::vector<Constraint>& constraints, std::uint32_t bodies,
+                      const MayShare& mayShare)
 {
     m_used.assign(bodies, 0);
     m_keys.resize(constraints.size());
@@ -25,7 +26,7 @@ void BlockPlan::build(const std::vector<Constraint>& constraints, std::uint32_t 
     if (constraints.size() >= kMany)
         sortByBody(constraints, bodies);
     sortByColour(constraints.size() >= kMany);
-    cutBlocks(constraints, last);
+    cutBlocks(constraints, mayShare);
 }
 
 std::uint32_t BlockPlan::colourOf(const Constraint& constraint)
@@ -80,7 +81,7 @@ void BlockPlan::sortByColour(bool byBody)
     // Each entry has become the end of its key, which is where the next key begins.
 }
 
-void BlockPlan::cutBlocks(const std::vector<Constraint>& constraints, LastBlocks last)
+void BlockPlan::cutBlocks(const std::vector<Constraint>& constraints, const MayShare& mayShare)
 {
     m_blocks.clear();
     m_colours.clear();
@@ -92,8 +93,8 @@ void BlockPlan::cutBlocks(const std::vector<Constraint>& constraints, LastBlocks
             continue;
         const bool isSerial = colour == kColours;
         const auto firstBlock = static_cast<std::uint32_t>(m_blocks.size());
-        if (isSerial && last == LastBlocks::SharedBody)
-            cutShared(constraints, begin);
+        if (isSerial && mayShare)
+            cutShared(constraints, begin, mayShare);
         else
             cutEqual(begin, end, isSerial ? 1 : kBlock);
         m_colours.push_back({firstBlock, static_cast<std::uint32_t>(m_blocks.size()), isSerial});
@@ -108,17 +109,18 @@ void BlockPlan::cutEqual(std::uint32_t begin, std::uint32_t end, std::uint32_t w
 }
 
 /// The one of a constraint's bodies that several lanes may move, the one with more colours if both are; else the fixed one.
-std::uint32_t BlockPlan::sharedBody(const Constraint& constraint) const
+std::uint32_t BlockPlan::sharedBody(const Constraint& constraint, const MayShare& mayShare) const
 {
     const auto colours = [&](std::uint32_t body) { return __builtin_popcountll(m_used[body]); };
-    const std::uint32_t a = constraint.sharesA ? constraint.a : kFixedBody;
-    const std::uint32_t b = constraint.sharesB ? constraint.b : kFixedBody;
+    const std::uint32_t a = mayShare(constraint.a, constraint.b) ? constraint.a : kFixedBody;
+    const std::uint32_t b = mayShare(constraint.b, constraint.a) ? constraint.b : kFixedBody;
     return colours(b) > colours(a) ? b : a;
 }
 
 /// Sorts the constraints from a place in the order on by the body that they share, and cuts them into blocks. Bodies follow
 /// each other as in the order, since their numbers depend on other islands.
-void BlockPlan::cutShared(const std::vector<Constraint>& constraints, std::uint32_t begin)
+void BlockPlan::cutShared(const std::vector<Constraint>& constraints, std::uint32_t begin,
+                          const MayShare& mayShare)
 {
     constexpr std::uint32_t kNoTurn = ~std::uint32_t{0};
     m_last.assign(m_order.begin() + begin, m_order.end());
@@ -127,7 +129,7 @@ void BlockPlan::cutShared(const std::vector<Constraint>& constraints, std::uint3
     std::uint32_t bodies = 0;
     for (std::uint32_t i = 0; i < m_last.size(); ++i)
     {
-        std::uint32_t& turn = m_turns[sharedBody(constraints[m_last[i]])];
+        std::uint32_t& turn = m_turns[sharedBody(constraints[m_last[i]], mayShare)];
         turn = turn == kNoTurn ? bodies++ : turn;
         m_byTurn.push_back(std::uint64_t{turn} << 32 | i);
     }
@@ -136,7 +138,7 @@ void BlockPlan::cutShared(const std::vector<Constraint>& constraints, std::uint3
     {
         const std::uint32_t index = m_last[static_cast<std::uint32_t>(m_byTurn[i])];
         m_order[begin + i] = index;
-        const std::uint32_t shared = sharedBody(constraints[index]);
+        const std::uint32_t shared = sharedBody(constraints[index], mayShare);
         if (i == 0 || !fitsLastBlock(constraints, constraints[index], shared))
             m_blocks.push_back({begin + i, 0, shared});
         ++m_blocks.back().lanes;

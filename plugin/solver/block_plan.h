@@ -5,6 +5,7 @@
 #include "cullet/plugin/solver/solver_rows.h"
 
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 namespace cullet
@@ -28,8 +29,6 @@ public:
     {
         std::uint32_t a, b;  ///< the bodies that it moves; kFixedBody: none
         std::uint32_t kind;  ///< below kKinds
-        /// Whether a body is so much heavier than the other one that lanes may move parts of it (LastBlocks).
-        bool sharesA = false, sharesB = false;
     };
     struct Block
     {
@@ -42,15 +41,13 @@ public:
         std::uint32_t begin, end;  ///< of blocks()
         bool isSerial;             ///< its blocks must be solved one after the other
     };
-    /// What the last colour's blocks have.
-    enum class LastBlocks : std::uint8_t
-    {
-        OneLane,
-        SharedBody  ///< several lanes move the same body, and no other one twice
-    };
+    /// Whether several lanes of a block of the last colour may each move a part of a body, beside one other body each.
+    using MayShare = std::function<bool(std::uint32_t body, std::uint32_t other)>;
 
-    /// @param bodies  number of bodies
-    void build(const std::vector<Constraint>& constraints, std::uint32_t bodies, LastBlocks last);
+    /// @param bodies   number of bodies
+    /// @param mayShare asked of constraints of the last colour only; null: its blocks have one lane
+    void build(const std::vector<Constraint>& constraints, std::uint32_t bodies,
+               const MayShare& mayShare = {});
 
     /// Indices of the constraints, block by block.
     const std::vector<std::uint32_t>& order() const { return m_order; }
@@ -66,15 +63,15 @@ public:
     }
 
 private:
-    std::uint32_t sharedBody(const Constraint& constraint) const;
+    std::uint32_t sharedBody(const Constraint& constraint, const MayShare& mayShare) const;
     bool fitsLastBlock(const std::vector<Constraint>& constraints, const Constraint& constraint,
                        std::uint32_t shared) const;
     void cutEqual(std::uint32_t begin, std::uint32_t end, std::uint32_t width);
-    void cutShared(const std::vector<Constraint>& constraints, std::uint32_t begin);
+    void cutShared(const std::vector<Constraint>& constraints, std::uint32_t begin, const MayShare& mayShare);
     std::uint32_t colourOf(const Constraint& constraint);
     void sortByBody(const std::vector<Constraint>& constraints, std::uint32_t bodies);
     void sortByColour(bool byBody);
-    void cutBlocks(const std::vector<Constraint>& constraints, LastBlocks last);
+    void cutBlocks(const std::vector<Constraint>& constraints, const MayShare& mayShare);
 
     std::vector<std::uint64_t> m_used;    ///< [body], a bit for each of its colours
     std::vector<std::uint32_t> m_last;    ///< constraints of the last colour

@@ -38,21 +38,20 @@ void ContactSet::plan(const SolverStep& step, SolverBodies& bodies, ParallelLoop
 {
     m_constraints.resize(m_contacts.size());
     const auto moved = [&](std::uint32_t body) { return bodies.isMoved(body) ? body : kFixedBody; };
-    parallelForEach(
-        loops, m_contacts.size(), kContactGrain,
-        [&](std::uint32_t i)
-        {
-            const Contact& contact = m_contacts[i];
-            const bool sharesA = canSplit(bodies, contact.a, contact.b);
-            const bool sharesB = canSplit(bodies, contact.b, contact.a);
-            m_constraints[i] = {moved(contact.a), moved(contact.b), 4u - contact.points, sharesA, sharesB};
-        });
+    parallelForEach(loops, m_contacts.size(), kContactGrain,
+                    [&](std::uint32_t i)
+                    {
+                        const Contact& contact = m_contacts[i];
+                        m_constraints[i] = {moved(contact.a), moved(contact.b), 4u - contact.points};
+                    });
     for (std::uint32_t i = 0; step.isSoft && i < m_contacts.size(); ++i)
     {
         bodies.bind(m_contacts[i].a);
         bodies.bind(m_contacts[i].b);
     }
-    m_plan.build(m_constraints, bodies.size(), BlockPlan::LastBlocks::SharedBody);
+    m_plan.build(m_constraints, bodies.size(),
+                 [&bodies](std::uint32_t body, std::uint32_t other)
+                 { return canSplit(bodies, body, other); });
     splitBodies(bodies);
     layOut(step, bodies, loops);
 }

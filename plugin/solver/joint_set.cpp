@@ -132,7 +132,7 @@ void JointSet::collect(const btContactSolverInfo& info, btTypedConstraint** join
 
 void JointSet::plan(const SolverBodies& bodies)
 {
-    m_plan.build(m_constraints, bodies.size(), BlockPlan::LastBlocks::OneLane);
+    m_plan.build(m_constraints, bodies.size());
     layOut(bodies);
 }
 
@@ -246,31 +246,29 @@ ColourLoop JointSet::applyImpulses(SolverBodies& bodies) const
             }};
 }
 
-void JointSet::noteSubstep()
+/// Calls visit(row, lane) for all numbers of the rows.
+template <class Visit>
+void JointSet::forEachRow(const Visit& visit)
 {
     for (const JointBlock& block : m_blocks)
     {
         for (std::uint32_t i = block.first; i < block.first + block.rows; ++i)
         {
-            JointRowBlock& row = m_rows.data()[i];
             for (int lane = 0; lane < kBlock; ++lane)
-                row.sum.lane[lane] += row.impulse.lane[lane];
+                visit(m_rows.data()[i], lane);
         }
     }
+}
+
+void JointSet::noteSubstep()
+{
+    forEachRow([](JointRowBlock& row, int lane) { row.sum.lane[lane] += row.impulse.lane[lane]; });
 }
 
 void JointSet::forgetImpulses()
 {
     noteSubstep();
-    for (const JointBlock& block : m_blocks)
-    {
-        for (std::uint32_t i = block.first; i < block.first + block.rows; ++i)
-        {
-            JointRowBlock& row = m_rows.data()[i];
-            for (int lane = 0; lane < kBlock; ++lane)
-                row.impulse.lane[lane] *= row.isLasting.lane[lane];
-        }
-    }
+    forEachRow([](JointRowBlock& row, int lane) { row.impulse.lane[lane] *= row.isLasting.lane[lane]; });
 }
 
 void JointSet::writeBack(const SolverStep& step, const btContactSolverInfo& info) const

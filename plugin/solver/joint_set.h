@@ -62,6 +62,9 @@ public:
     void writeBack(const SolverStep& step, const btContactSolverInfo& info) const;
 
 private:
+    template <class Visit>
+    void forEachRow(const Visit& visit);
+
     struct Joint
     {
         btTypedConstraint* joint;

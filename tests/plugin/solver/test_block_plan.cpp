@@ -16,7 +16,11 @@ namespace cullet
 namespace
 {
 using Constraint = BlockPlan::Constraint;
-using LastBlocks = BlockPlan::LastBlocks;
+
+bool shareAll(std::uint32_t body, std::uint32_t)
+{
+    return body != kFixedBody;
+}
 
 std::vector<Constraint> randomConstraints(std::mt19937& random, std::uint32_t bodies, std::size_t count)
 {
@@ -74,7 +78,7 @@ TEST(BlockPlan, MovesNoBodyTwiceInColour)
         std::mt19937 random(seed);
         const std::vector<Constraint> constraints = randomConstraints(random, 60, 400);
         BlockPlan plan;
-        plan.build(constraints, 60, LastBlocks::OneLane);
+        plan.build(constraints, 60);
         expectNoSharedBody(plan, constraints);
     }
 }
@@ -84,7 +88,7 @@ TEST(BlockPlan, ContainsEachConstraintOnce)
     std::mt19937 random(7);
     const std::vector<Constraint> constraints = randomConstraints(random, 30, 1000);
     BlockPlan plan;
-    plan.build(constraints, 30, LastBlocks::SharedBody);
+    plan.build(constraints, 30, shareAll);
     // Bodies have more contacts than there are colours.
     ASSERT_GT(plan.serialConstraints(), 0u);
     std::vector<std::uint32_t> seen;
@@ -112,11 +116,12 @@ TEST(BlockPlan, SharesBodiesOfManyConstraintsInBlocksThatMoveNoOtherBodyTwice)
     {
         const std::uint32_t crowded = 1 + i % kCrowded,
                             other = 3 + static_cast<std::uint32_t>(random() % (kBodies - 3));
-        constraints.push_back(i % 3 == 0 ? Constraint{other, crowded, 0, false, true}
-                                         : Constraint{crowded, other, 0, i % 97 != 0, false});
+        constraints.push_back(i % 3 == 0 ? Constraint{other, crowded, 0} : Constraint{crowded, other, 0});
     }
     BlockPlan plan;
-    plan.build(constraints, kBodies, LastBlocks::SharedBody);
+    plan.build(constraints, kBodies,
+               [](std::uint32_t body, std::uint32_t other)
+               { return body != kFixedBody && body <= kCrowded && other % 97 != 0; });
     ASSERT_TRUE(plan.colours().back().isSerial);
     EXPECT_GT(plan.serialConstraints(), 1500u);
     std::uint32_t blocks = 0, constraintsOfBlocks = 0;
@@ -150,8 +155,8 @@ TEST(BlockPlan, GivesIslandsTheColoursThatTheyHaveAlone)
         both.push_back(constraint);
     }
     BlockPlan alone, together;
-    alone.build(island, 20, LastBlocks::OneLane);
-    together.build(both, 40, LastBlocks::OneLane);
+    alone.build(island, 20);
+    together.build(both, 40);
     const auto colourOf = [](const BlockPlan& plan, std::uint32_t constraint)
     {
         const auto place =
@@ -171,7 +176,7 @@ TEST(BlockPlan, GivesIslandsTheColoursThatTheyHaveAlone)
 TEST(BlockPlan, HasNoBlocksWithoutConstraints)
 {
     BlockPlan plan;
-    plan.build({}, 1, LastBlocks::SharedBody);
+    plan.build({}, 1, shareAll);
     EXPECT_TRUE(plan.blocks().empty());
     EXPECT_TRUE(plan.colours().empty());
     EXPECT_EQ(plan.serialConstraints(), 0u);
