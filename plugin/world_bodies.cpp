@@ -39,6 +39,11 @@ void prefetchWhole(const void* body)
     prefetchBytes(body, 0, sizeof(btRigidBody) / 64 * 64);
 }
 
+bool areFew(const WorldBodies::Bodies& bodies)
+{
+    return bodies.size() <= WorldBodies::fewBodies;
+}
+
 /// @return whether a motion state was called
 bool saveIfKinematic(btCollisionObject& object, btScalar timeStep)
 {
@@ -88,6 +93,11 @@ struct WorldBodies::Parts
         if (count == 0)
             return;
         btRigidBody** const first = &bodies[0];
+        if (areFew(bodies))
+        {
+            std::for_each(first, first + count, body);
+            return;
+        }
         const auto runTask = [&](unsigned task)
         {
             constexpr int kAhead{kPrefetchDistance};
@@ -176,23 +186,31 @@ bool WorldBodies::saveKinematicState(btCollisionObjectArray& objects, btScalar t
     return hasCalled;
 }
 
-void WorldBodies::applyGravity(Bodies& bodies)
+bool WorldBodies::applyGravity(Bodies& bodies)
 {
+    if (areFew(bodies))
+        return false;
     m->forEach(bodies, kCostOfForce, prefetchForces,
                [](btRigidBody* body)
                {
                    if (body->isActive())
                        body->applyGravity();
                });
+    return true;
 }
 
-void WorldBodies::clearForces(Bodies& bodies)
+bool WorldBodies::clearForces(Bodies& bodies)
 {
+    if (areFew(bodies))
+        return false;
     m->forEach(bodies, kCostOfForce, prefetchForces, [](btRigidBody* body) { body->clearForces(); });
+    return true;
 }
 
-void WorldBodies::predictMotion(Bodies& bodies, btScalar timeStep)
+bool WorldBodies::predictMotion(Bodies& bodies, btScalar timeStep)
 {
+    if (areFew(bodies))
+        return false;
     BT_PROFILE("predictUnconstraintMotion");
     m->forEach(bodies, kCostOfPrediction, prefetchWhole,
                [timeStep](btRigidBody* body)
@@ -202,21 +220,12 @@ void WorldBodies::predictMotion(Bodies& bodies, btScalar timeStep)
                    body->applyDamping(timeStep);
                    body->predictIntegratedTransform(timeStep, body->getInterpolationWorldTransform());
                });
+    return true;
 }
 
 /// Whether Bullet may sweep some body; sets the hit fractions of all of them.
 bool WorldBodies::Parts::hasThreshold(Bodies& bodies)
 {
-    if (areFew(bodies))
-    {
-        bool hasAny = false;
-        for (int i = 0; i < bodies.size(); ++i)
-        {
-            bodies[i]->setHitFraction(1);
-            hasAny = hasAny || bodies[i]->getCcdSquareMotionThreshold() != btScalar(0);
-        }
-        return hasAny;
-    }
     std::atomic<bool> hasAny{false};
     forEach(bodies, kCostOfThreshold, prefetchStateAndThreshold,
             [&hasAny](btRigidBody* body)
@@ -242,23 +251,26 @@ void WorldBodies::sweep(Bodies& bodies, const RangeFunction& sweep)
     }
 }
 
-void WorldBodies::integrate(Bodies& bodies, const RangeFunction& integrate)
+bool WorldBodies::integrate(Bodies& bodies, const RangeFunction& integrate)
 {
+    if (areFew(bodies))
+        return false;
     BT_PROFILE("integrateTransforms");
-    if (bodies.size() == 0)
-        return;
     if (m->hasThreshold(bodies))
     {
         integrate(&bodies[0], bodies.size());
-        return;
+        return true;
     }
     m->forEach(bodies, kCostOfIntegration, prefetchWhole, [&](btRigidBody* body) { integrate(&body, 1); });
     const bool isParallel = kCostOfIntegration * bodies.size() >= 2 * ParallelLoops::workPerThread;
     m->stats.parallelBodies = isParallel && m->workers->threads() > 1 ? std::uint64_t(bodies.size()) : 0;
+    return true;
 }
 
 bool WorldBodies::updateActivation(Bodies& bodies, btScalar timeStep)
 {
+    if (areFew(bodies))
+        return false;
     if (!hasBulletsRounding(false))
         return false;
     BT_PROFILE("updateActivationState");

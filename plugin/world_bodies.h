@@ -60,11 +60,9 @@ public:
     /// @param threads 0: as many as the machine has
     void setThreads(int threads);
 
-    /// With as many bodies at most, World calls the loops of its Base: they are as fast, and have the same bits. Tests
-    /// lower it for the whole program, between steps.
+    /// With as many bodies at most, the functions that return a bool do nothing: those of the world are as fast, and have
+    /// the same bits. Tests lower it for the whole program, between steps.
     static inline int fewBodies = 256;
-
-    static bool areFew(const Bodies& bodies) { return bodies.size() <= fewBodies; }
 
     /// As btDiscreteDynamicsWorld::saveKinematicState(), on the calling thread.
     ///
@@ -73,13 +71,19 @@ public:
     bool saveKinematicState(btCollisionObjectArray& objects, btScalar timeStep, const Array<int>* restless);
 
     /// As btDiscreteDynamicsWorld::applyGravity().
-    void applyGravity(Bodies& bodies);
+    ///
+    /// @return false, with nothing changed: the world's own function must run
+    bool applyGravity(Bodies& bodies);
 
     /// As btDiscreteDynamicsWorld::clearForces().
-    void clearForces(Bodies& bodies);
+    ///
+    /// @return as applyGravity()
+    bool clearForces(Bodies& bodies);
 
     /// As btDiscreteDynamicsWorld::predictUnconstraintMotion().
-    void predictMotion(Bodies& bodies, btScalar timeStep);
+    ///
+    /// @return as applyGravity()
+    bool predictMotion(Bodies& bodies, btScalar timeStep);
 
     /// As btDiscreteDynamicsWorld::createPredictiveContactsInternal() for all bodies. Bullet predicts the transform of
     /// each body and uses it for those with a CCD threshold only; here those alone are predicted.
@@ -91,11 +95,12 @@ public:
     ///
     /// @param integrate Bullet's function; called once for all bodies if one of them has a CCD threshold, since a sweep
     ///                  sees the bodies before it integrated and those after it not
-    void integrate(Bodies& bodies, const RangeFunction& integrate);
+    /// @return as applyGravity()
+    bool integrate(Bodies& bodies, const RangeFunction& integrate);
 
     /// As btDiscreteDynamicsWorld::updateActivationState().
     ///
-    /// @return false, with nothing changed: the world's own function must run, since Bullet's library may round otherwise
+    /// @return as applyGravity(); false, too, where Bullet's library may round otherwise
     bool updateActivation(Bodies& bodies, btScalar timeStep);
 
     const WorldBodiesStats& stats() const;

@@ -197,10 +197,8 @@ public:
     using Next::Next;
     void applyGravity() override
     {
-        if (WorldBodies::areFew(this->m_nonStaticRigidBodies))
+        if (!this->stepParts().bodies.applyGravity(this->m_nonStaticRigidBodies))
             Next::applyGravity();
-        else
-            this->stepParts().bodies.applyGravity(this->m_nonStaticRigidBodies);
     }
 };
 
@@ -213,10 +211,8 @@ public:
     {
         // The end of a step, also of one without an inner one.
         this->stepParts().rest.forget();
-        if (WorldBodies::areFew(this->m_nonStaticRigidBodies))
+        if (!this->stepParts().bodies.clearForces(this->m_nonStaticRigidBodies))
             Next::clearForces();
-        else
-            this->stepParts().bodies.clearForces(this->m_nonStaticRigidBodies);
     }
 };
 
@@ -246,10 +242,8 @@ public:
 protected:
     void predictUnconstraintMotion(btScalar timeStep) override
     {
-        if (WorldBodies::areFew(this->m_nonStaticRigidBodies))
+        if (!this->stepParts().bodies.predictMotion(this->m_nonStaticRigidBodies, timeStep))
             Next::predictUnconstraintMotion(timeStep);
-        else
-            this->stepParts().bodies.predictMotion(this->m_nonStaticRigidBodies, timeStep);
     }
 };
 
@@ -291,16 +285,13 @@ public:
 protected:
     void integrateTransforms(btScalar timeStep) override
     {
-        // Bullet's function applies the restitution after the loop.
-        if (this->m_applySpeculativeContactRestitution || WorldBodies::areFew(this->m_nonStaticRigidBodies))
-        {
-            Next::integrateTransforms(timeStep);
-            return;
-        }
         const auto integrate = [&](btRigidBody** bodies, int count)
         { this->integrateTransformsInternal(bodies, count, timeStep); };
-        this->stepParts().bodies.integrate(this->m_nonStaticRigidBodies,
-                                           WorldBodies::RangeFunction(integrate));
+        // Bullet's function applies the restitution after the loop.
+        if (this->m_applySpeculativeContactRestitution ||
+            !this->stepParts().bodies.integrate(this->m_nonStaticRigidBodies,
+                                                WorldBodies::RangeFunction(integrate)))
+            Next::integrateTransforms(timeStep);
     }
 };
 
@@ -313,8 +304,7 @@ public:
 protected:
     void updateActivationState(btScalar timeStep) override
     {
-        if (WorldBodies::areFew(this->m_nonStaticRigidBodies) ||
-            !this->stepParts().bodies.updateActivation(this->m_nonStaticRigidBodies, timeStep))
+        if (!this->stepParts().bodies.updateActivation(this->m_nonStaticRigidBodies, timeStep))
             Next::updateActivationState(timeStep);
     }
 };
