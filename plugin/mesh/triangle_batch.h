@@ -183,5 +183,16 @@ private:
     std::array<Id, kCapacity> m_ids;
     int m_count = 0;
 };
+
+/// Whether two triangles of a mesh are one; shapes of the application may name all of them alike.
+inline bool areSame(const TriangleBatch::Triangle& a, const TriangleBatch::Triangle& b)
+{
+    const auto areAt = [&](int c)
+    {
+        const btVector3 &p = a.corners[c], &q = b.corners[c];
+        return p.x() == q.x() && p.y() == q.y() && p.z() == q.z();
+    };
+    return a.index == b.index && a.part == b.part && areAt(0) && areAt(1) && areAt(2);
+}
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

@@ -4,11 +4,11 @@
 
 #include "cullet/plugin/contact/manifold_renewal.h"
 #include "cullet/plugin/mesh/face_touch.h"
+#include "cullet/plugin/mesh/shown_triangle.h"
 #include "cullet/plugin/mesh/triangle_source.h"
 
 #include <BulletCollision/CollisionDispatch/btConvexConvexAlgorithm.h>
 #include <BulletCollision/CollisionShapes/btConcaveShape.h>
-#include <BulletCollision/CollisionShapes/btTriangleShape.h>
 #include <LinearMath/btAabbUtil2.h>
 
 #include <algorithm>
@@ -20,42 +20,6 @@ inline namespace CULLET_PRECISION
 {
 namespace
 {
-/// Shows the result of a pair the triangle in place of its mesh, as contact callbacks expect it.
-class ShownTriangle
-{
-public:
-    ShownTriangle(btManifoldResult& result, const btCollisionObjectWrapper& mesh,
-                  const btCollisionObjectWrapper& triangle)
-        : m_result(result), m_isFirst(result.getBody0Internal() == mesh.getCollisionObject())
-    {
-        m_before = m_isFirst ? result.getBody0Wrap() : result.getBody1Wrap();
-        if (m_isFirst)
-        {
-            result.setBody0Wrap(&triangle);
-            result.setShapeIdentifiersA(triangle.m_partId, triangle.m_index);
-        }
-        else
-        {
-            result.setBody1Wrap(&triangle);
-            result.setShapeIdentifiersB(triangle.m_partId, triangle.m_index);
-        }
-    }
-    ~ShownTriangle()
-    {
-        if (m_isFirst)
-            m_result.setBody0Wrap(m_before);
-        else
-            m_result.setBody1Wrap(m_before);
-    }
-    ShownTriangle(const ShownTriangle&) = delete;
-    ShownTriangle& operator=(const ShownTriangle&) = delete;
-
-private:
-    btManifoldResult& m_result;
-    const btCollisionObjectWrapper* m_before;
-    bool m_isFirst;
-};
-
 /// Hands on what Bullet's algorithm reports for a triangle, as points of the mesh.
 template <class Add>
 class Collector final : public btManifoldResult
@@ -82,25 +46,6 @@ private:
     const Add& m_add;
 };
 
-/// A triangle of a mesh as Bullet shows it to its algorithms.
-class WrappedTriangle
-{
-public:
-    WrappedTriangle(const btCollisionObjectWrapper& mesh, const TriangleBatch::Triangle& triangle)
-        : m_shape(triangle.corners[0], triangle.corners[1], triangle.corners[2]),
-          m_wrap(&mesh, &m_shape, mesh.getCollisionObject(), mesh.getWorldTransform(), triangle.part,
-                 triangle.index)
-    {
-        m_shape.setMargin(mesh.getCollisionShape()->getMargin());
-    }
-
-    const btCollisionObjectWrapper& wrap() const { return m_wrap; }
-
-private:
-    btTriangleShape m_shape;
-    const btCollisionObjectWrapper m_wrap;
-};
-
 Eigen::Vector3d toDouble(const std::array<float, 3>& v)
 {
     return {double(v[0]), double(v[1]), double(v[2])};
@@ -115,17 +60,6 @@ btScalar marginOfMesh(const ConvexSide& convex, const btCollisionObjectWrapper& 
 std::array<float, 3> toFloat(const Eigen::Vector3d& v)
 {
     return {static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2])};
-}
-
-/// Shapes of the application may name all triangles alike.
-bool areSame(const TriangleBatch::Triangle& a, const TriangleBatch::Triangle& b)
-{
-    const auto areAt = [&](int c)
-    {
-        const btVector3 &p = a.corners[c], &q = b.corners[c];
-        return p.x() == q.x() && p.y() == q.y() && p.z() == q.z();
-    };
-    return a.index == b.index && a.part == b.part && areAt(0) && areAt(1) && areAt(2);
 }
 
 /// Puts a direction of any length into a cache.
@@ -244,74 +178,6 @@ void TrianglePass::addToBatch(const btVector3* corners, int part, int index)
     m_batch.add(corners, part, index);
     if (m_batch.isFull())
         flush();
-}
-
-/// @param contact [in, out] in the mesh's frame
-EdgeVerdict TrianglePass::correctAt(const TriangleBatch::Triangle& triangle, TriangleContact& contact)
-{
-    const std::vector<TriangleBatch::Triangle>& all = m_query.candidates;
-    // Triangles come in the order of the candidates.
-    while (m_candidate < all.size() && !areSame(all[m_candidate], triangle))
-        ++m_candidate;
-    if (m_candidate == all.size())
-        return EdgeVerdict::Keep;
-    const TriangleView view = {all[0].corners, sizeof(all[0]), static_cast<int>(all.size())};
-    const Eigen::Vector3d inside = m_frame.toMesh(m_search->centre());
-    return correctAtEdges(view, static_cast<int>(m_candidate), inside, contact);
-}
-
-/// Corrects the last touch at an edge that a neighbour covers.
-///
-/// @return false if a neighbour has the contact
-bool TrianglePass::correct(const TriangleSearch::Corners& corners, const TriangleBatch::Triangle& triangle)
-{
-    TriangleContact contact = {m_frame.turnedToMesh(m_search->normal()),
-                               m_frame.toMesh(m_search->touchedPoint()), m_search->distance()};
-    switch (correctAt(triangle, contact))
-    {
-        case EdgeVerdict::Keep:
-            return true;
-        case EdgeVerdict::Turn:
-            m_search->turnTouch(corners, m_frame.meshBasis() * contact.normal,
-                                m_frame.meshBasis() * contact.onTriangle + m_frame.meshOrigin(),
-                                contact.distance);
-            return true;
-        default:
-            return false;
-    }
-}
-
-/// Corrects a point of Bullet's algorithm, likewise.
-///
-/// @param point [in, out]
-/// @return false if a neighbour has the contact
-bool TrianglePass::correct(MeshPoint& point)
-{
-    const double margins = double(m_side.margin) + double(m_limits.meshMargin);
-    const Eigen::Vector3d onTriangle =
-        point.place - (point.distance + double(m_limits.meshMargin)) * point.normal;
-    TriangleContact contact = {m_frame.turnedToMesh(point.normal), m_frame.toMesh(onTriangle),
-                               point.distance + margins};
-    const bool isDeep = contact.distance < 0.0;
-    const EdgeVerdict verdict = correctAt(point.triangle, contact);
-    if (verdict != EdgeVerdict::Turn)
-        return verdict == EdgeVerdict::Keep;
-    point.normal = m_frame.meshBasis() * contact.normal;
-    Eigen::Vector3d on = m_frame.meshBasis() * contact.onTriangle + m_frame.meshOrigin();
-    double distance = contact.distance;
-    const btVector3(&named)[3] = point.triangle.corners;
-    const Eigen::Vector3d corners[3] = {m_frame.ofMesh(named[0]), m_frame.ofMesh(named[1]),
-                                        m_frame.ofMesh(named[2])};
-    const Eigen::Vector3d lowest = m_search->farthestAlong(-point.normal);
-    const double height = point.normal.dot(lowest - corners[0]);
-    if (isDeep && isOver(corners, lowest - height * point.normal))
-    {
-        distance = height;
-        on = lowest - height * point.normal;
-    }
-    point.distance = distance - margins;
-    point.place = on + (distance - double(m_side.margin)) * point.normal;
-    return point.distance <= double(m_limits.breakingThreshold);
 }
 
 /// What all triangles are compared with. Most bodies above a mesh have none in their boxes.
