@@ -321,7 +321,7 @@ private:
         {
             if (m_mistake == SoakMistake::Creep)
                 for (const JointedBody& body : m_bodies)
-                    body.body->translate(btVector3(btScalar(0.002), 0, 0));
+                    body.body->translate(btVector3(btScalar(1.5 * kMostCreep / kCreepSteps), 0, 0));
             step();
         }
         double creep = 0, energy = 0;

@@ -59,7 +59,7 @@ enum class SoakMistake
     None,
     Leak,      ///< 100 bytes in each step
     LostPair,  ///< brute force sees one pair more in the 40th checked step of a world
-    Creep      ///< bodies at rest are moved by 2 mm in each step
+    Creep      ///< bodies at rest are moved half as far again as a rest may creep
 };
 
 /// How a world is run; it changes nothing that can be seen.
