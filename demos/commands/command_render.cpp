@@ -18,6 +18,9 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <random>
+#include <string>
+#include <system_error>
 
 namespace cullet
 {
@@ -53,10 +56,20 @@ class TemporaryFolder
 public:
     TemporaryFolder()
     {
-        std::string name = (std::filesystem::temp_directory_path() / "cullet_frames_XXXXXX").string();
-        if (mkdtemp(name.data()) == nullptr)
-            throw ProgramError(kExitOutput, "cannot make a folder in " + name);
-        path = name;
+        const std::filesystem::path parent = std::filesystem::temp_directory_path();
+        std::random_device random;
+        for (int attempt = 0; attempt < 100 && path.empty(); ++attempt)
+        {
+            const std::filesystem::path folder = parent / ("cullet_frames_" + std::to_string(random()));
+            std::error_code error;
+            // False if it is there already.
+            if (!std::filesystem::create_directory(folder, error))
+                continue;
+            std::filesystem::permissions(folder, std::filesystem::perms::owner_all, error);
+            path = folder.string();
+        }
+        if (path.empty())
+            throw ProgramError(kExitOutput, "cannot make a folder in " + parent.string());
     }
     ~TemporaryFolder()
     {

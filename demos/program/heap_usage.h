@@ -6,7 +6,8 @@
 
 namespace cullet
 {
-/// Bytes allocated by malloc and not freed, including malloc's overhead and mapped blocks.
+/// Bytes allocated by malloc and not freed, including malloc's overhead and mapped blocks; 0 where the C library is not glibc,
+/// which tells.
 ///
 /// The memory of a structure is the difference across freeing it. A call takes up to milliseconds (malloc walks its
 /// free lists).

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #include "cullet/demos/program/interrupt.h"
 
+#include "cullet/demos/program/system.h"
+
 #include <csignal>
 #include <cstdint>
 #include <ctime>
@@ -42,14 +44,7 @@ void onSignal(int signal)
 
 void catchInterrupts()
 {
-    struct sigaction action = {};
-    action.sa_handler = onSignal;
-    action.sa_flags = SA_RESTART;
-    // The two signals do not interrupt each other's handling.
-    sigaddset(&action.sa_mask, SIGINT);
-    sigaddset(&action.sa_mask, SIGTERM);
-    sigaction(SIGINT, &action, nullptr);
-    sigaction(SIGTERM, &action, nullptr);
+    onInterruptSignals(onSignal);
 }
 
 bool isInterrupted() noexcept

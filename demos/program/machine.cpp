@@ -2,21 +2,19 @@
 // SPDX-License-Identifier: Zlib
 #include "cullet/demos/program/machine.h"
 
+#include "cullet/demos/program/system.h"
 #include "cullet/generated/commit.h"
 
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
-#include <sched.h>
-#include <sys/utsname.h>
-#include <unistd.h>
 
 namespace cullet
 {
 namespace
 {
 /// The value of the first line "key : value" of a file of /proc; empty if there is none.
-std::string readField(const std::string& path, const std::string& key)
+std::string readField(const std::filesystem::path& path, const std::string& key)
 {
     std::ifstream file(path);
     for (std::string line; std::getline(file, line);)
@@ -47,13 +45,6 @@ std::string findInstructions()
 #endif
     return "baseline";
 }
-
-int usableCores()
-{
-    cpu_set_t set;
-    CPU_ZERO(&set);
-    return sched_getaffinity(0, sizeof(set), &set) == 0 ? CPU_COUNT(&set) : 1;
-}
 }  // namespace
 
 Machine describeMachine()
@@ -62,12 +53,9 @@ Machine describeMachine()
     machine.cpu = readField("/proc/cpuinfo", "model name");
     machine.instructions = findInstructions();
     machine.cores = usableCores();
-    machine.memoryGib = static_cast<double>(sysconf(_SC_PHYS_PAGES)) *
-                        static_cast<double>(sysconf(_SC_PAGESIZE)) / (1024.0 * 1024.0 * 1024.0);
+    machine.memoryGib = memoryGib();
     machine.gpu = findGpu();
-    utsname system = {};
-    if (uname(&system) == 0)
-        machine.system = std::string(system.sysname) + " " + system.release;
+    machine.system = nameOfSystem();
 #ifdef __clang__
     machine.compiler = "clang " __clang_version__;
 #else

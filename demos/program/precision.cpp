@@ -3,11 +3,11 @@
 #include "cullet/demos/program/precision.h"
 
 #include "cullet/demos/program/exit_code.h"
+#include "cullet/demos/program/system.h"
 
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
-#include <unistd.h>
 
 namespace cullet
 {
@@ -28,13 +28,21 @@ std::string findRequestedPrecision(int argc, char** argv)
     }
     return ownPrecision();
 }
-/// The name of the program in the other precision: NAME or NAME-float64.
+/// Removes an ending, if the name has it and is longer.
+bool takeEnding(std::string& name, const std::string& ending)
+{
+    if (name.size() <= ending.size() || name.compare(name.size() - ending.size(), ending.size(), ending) != 0)
+        return false;
+    name.resize(name.size() - ending.size());
+    return true;
+}
+
+/// The name of the program in the other precision: NAME or NAME-float64, with .exe where this one has it.
 std::string siblingOf(std::string name)
 {
     const std::string suffix = "-float64";
-    const bool isDouble =
-        name.size() > suffix.size() && name.compare(name.size() - suffix.size(), suffix.size(), suffix) == 0;
-    return isDouble ? name.substr(0, name.size() - suffix.size()) : name + suffix;
+    const std::string extension = takeEnding(name, ".exe") ? ".exe" : "";
+    return (takeEnding(name, suffix) ? name : name + suffix) + extension;
 }
 }  // namespace
 
@@ -52,10 +60,9 @@ void switchPrecision(int argc, char** argv)
     const std::string wanted = findRequestedPrecision(argc, argv);
     if (wanted == ownPrecision() || (wanted != "float" && wanted != "double"))
         return;
-    std::error_code error;
-    const std::filesystem::path self = std::filesystem::read_symlink("/proc/self/exe", error);
+    const std::filesystem::path self = pathOfThisProgram();
     const std::filesystem::path sibling = self.parent_path() / siblingOf(self.filename().string());
-    execv(sibling.c_str(), argv);
+    becomeProgram(sibling, argv);
     throw ProgramError(kExitUnavailable, "precision " + wanted + " needs the program '" + sibling.string() +
                                              "', which cannot be started: " + std::strerror(errno));
 }

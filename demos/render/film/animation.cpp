@@ -2,40 +2,17 @@
 // SPDX-License-Identifier: Zlib
 #include "cullet/demos/render/film/animation.h"
 
+#include "cullet/demos/program/system.h"
+
 #include <cstdio>
-#include <cstdlib>
-#include <fcntl.h>
 #include <filesystem>
-#include <spawn.h>
 #include <stdexcept>
-#include <sys/wait.h>
-#include <unistd.h>
 #include <vector>
 
 namespace cullet
 {
 namespace
 {
-/// Runs a program and discards its output; returns its exit code, or 127 if it cannot be started.
-int runQuietly(std::vector<std::string> words)
-{
-    std::vector<char*> arguments;
-    for (std::string& word : words)
-        arguments.push_back(word.data());
-    arguments.push_back(nullptr);
-    posix_spawn_file_actions_t files;
-    posix_spawn_file_actions_init(&files);
-    posix_spawn_file_actions_addopen(&files, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
-    posix_spawn_file_actions_addopen(&files, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
-    pid_t child = 0;
-    const int failure = posix_spawnp(&child, arguments[0], &files, nullptr, arguments.data(), environ);
-    posix_spawn_file_actions_destroy(&files);
-    int status = 0;
-    if (failure != 0 || waitpid(child, &status, 0) != child)
-        return 127;
-    return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
-}
-
 bool endsIn(const std::string& file, const std::string& ending)
 {
     return file.size() > ending.size() &&
@@ -54,7 +31,7 @@ void checkAnimation(const std::string& file)
 {
     if (!endsIn(file, ".gif") && !endsIn(file, ".mp4"))
         throw std::invalid_argument("--animate takes a file that ends in .gif or .mp4, not " + file);
-    if (runQuietly({"ffmpeg", "-version"}) != 0)
+    if (runProgram({"ffmpeg", "-version"}, ChildOutput::Discarded) != 0)
         throw std::runtime_error(
             "--animate needs the program ffmpeg (package ffmpeg); --out DIR writes the frames alone");
 }
@@ -76,7 +53,7 @@ void joinFrames(const std::string& folder, double framesPerSecond, const std::st
         words.insert(words.end(), {"-vf", "crop=trunc(iw/2)*2:trunc(ih/2)*2", "-c:v", "libx264", "-pix_fmt",
                                    "yuv420p", "-crf", "20", "-movflags", "+faststart"});
     words.push_back(file);
-    const int code = runQuietly(words);
+    const int code = runProgram(words, ChildOutput::Discarded);
     if (code != 0)
         throw std::runtime_error("ffmpeg could not write " + file + " (exit code " + std::to_string(code) +
                                  ")");
