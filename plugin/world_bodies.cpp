@@ -271,7 +271,7 @@ bool WorldBodies::updateActivation(Bodies& bodies, btScalar timeStep)
 {
     if (areFew(bodies))
         return false;
-    if (!hasBulletsRounding(false))
+    if (splitImpulseRowOfBullet(false) == nullptr)
         return false;
     BT_PROFILE("updateActivationState");
     m->forEach(bodies, kCostOfActivation, prefetchForces,

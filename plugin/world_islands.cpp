@@ -90,7 +90,7 @@ bool isLittleWork(const WorldIslands::Step& step)
 
 bool hasForeignRounding(const btContactSolverInfo& info)
 {
-    return info.m_splitImpulse && !hasBulletsRounding((info.m_solverMode & SOLVER_SIMD) != 0);
+    return info.m_splitImpulse && splitImpulseRowOfBullet((info.m_solverMode & SOLVER_SIMD) != 0) == nullptr;
 }
 }  // namespace
 

@@ -36,7 +36,7 @@ enum class SerialIslands : std::uint8_t
     RandomOrder,    ///< SOLVER_RANDMIZE_ORDER: one sequence of random numbers runs through all islands
     Profiler,  ///< a custom profiler (btSetCustomEnterProfileZoneFunc), unless it is said to be thread-safe
     ForeignJoint,     ///< a joint is of a class of the application
-    ForeignRounding,  ///< Bullet's library rounds otherwise than cullet (fused multiply-adds, SIMD rows)
+    ForeignRounding,  ///< Bullet's library rounds otherwise than cullet (fused multiply-adds)
     NoMemory          ///< Base solved the islands
 };
 

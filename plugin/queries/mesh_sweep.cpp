@@ -22,7 +22,7 @@ namespace
 /// A hit of Bullet's sweep against one triangle, in world space.
 struct SweepHit
 {
-    btVector3 normal, point;
+    btVector3 normal{0, 0, 0}, point{0, 0, 0};
     btScalar fraction;
     TriangleName name;
 };

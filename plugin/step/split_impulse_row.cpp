@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <cstring>
+#include <initializer_list>
 
 namespace cullet
 {
@@ -90,27 +91,7 @@ bool haveSameBits(const btSolverBody& a, const btSolverBody& b)
            haveSameBits(a.m_turnVelocity, b.m_turnVelocity);
 }
 
-/// Compares both functions for many rows.
-bool solvesAsBullet(bool isSimd)
-{
-    RowOfBullet bullet(isSimd);
-    Numbers numbers;
-    for (int i = 0; i < 64; ++i)
-    {
-        Numbers same = numbers;
-        Case own(numbers), theirs(same);
-        const btScalar residual = solveSplitImpulseRow(own.bodies[0], own.bodies[1], own.row);
-        const btScalar expected = bullet.solve(theirs.bodies[0], theirs.bodies[1], theirs.row);
-        if (residual != expected ||
-            btScalar(own.row.m_appliedPushImpulse) != btScalar(theirs.row.m_appliedPushImpulse) ||
-            !haveSameBits(own.bodies[0], theirs.bodies[0]) || !haveSameBits(own.bodies[1], theirs.bodies[1]))
-            return false;
-    }
-    return true;
-}
-}  // namespace
-
-btScalar solveSplitImpulseRow(btSolverBody& bodyA, btSolverBody& bodyB, const btSolverConstraint& row)
+btScalar solveScalarRow(btSolverBody& bodyA, btSolverBody& bodyB, const btSolverConstraint& row)
 {
     btScalar impulse = 0;
     if (row.m_rhsPenetration != btScalar(0))
@@ -138,11 +119,86 @@ btScalar solveSplitImpulseRow(btSolverBody& bodyA, btSolverBody& bodyB, const bt
     return btScalar(impulse * (1. / row.m_jacDiagABInv));
 }
 
-bool hasBulletsRounding(bool isSimd)
+/// In the order of _mm_add_ps() in Bullet's function for SSE.
+btScalar dotInSimdOrder(const btVector3& a, const btVector3& b)
 {
-    static const bool hasScalar = solvesAsBullet(false);
-    static const bool hasSimd = solvesAsBullet(true);
-    return isSimd ? hasSimd : hasScalar;
+    return a.x() * b.x() + (a.y() * b.y() + a.z() * b.z());
+}
+
+void addScaled(btVector3& velocity, const btVector3& direction, btScalar impulse)
+{
+    for (int axis = 0; axis < 3; ++axis)
+        velocity[axis] += direction[axis] * impulse;
+}
+
+void addImpulse(btSolverBody& body, const btVector3& normal, const btVector3& angular, btScalar impulse)
+{
+    btVector3 linear;
+    for (int axis = 0; axis < 3; ++axis)
+        linear[axis] = normal[axis] * body.internalGetInvMass()[axis];
+    addScaled(body.internalGetPushVelocity(), linear, impulse);
+    addScaled(body.internalGetTurnVelocity(), angular, impulse);
+}
+
+btScalar solveSimdRow(btSolverBody& bodyA, btSolverBody& bodyB, const btSolverConstraint& row)
+{
+    if (row.m_rhsPenetration == btScalar(0))
+        return 0;
+    const btScalar applied = row.m_appliedPushImpulse;
+    btScalar impulse = row.m_rhsPenetration - applied * row.m_cfm;
+    const btScalar velocityA = dotInSimdOrder(row.m_contactNormal1, bodyA.internalGetPushVelocity()) +
+                               dotInSimdOrder(row.m_relpos1CrossNormal, bodyA.internalGetTurnVelocity());
+    const btScalar velocityB = dotInSimdOrder(row.m_contactNormal2, bodyB.internalGetPushVelocity()) +
+                               dotInSimdOrder(row.m_relpos2CrossNormal, bodyB.internalGetTurnVelocity());
+    impulse -= velocityA * row.m_jacDiagABInv;
+    impulse -= velocityB * row.m_jacDiagABInv;
+    btScalar sum = applied + impulse;
+    if (sum < row.m_lowerLimit)
+    {
+        impulse = row.m_lowerLimit - applied;
+        sum = row.m_lowerLimit;
+    }
+    row.m_appliedPushImpulse = sum;
+    addImpulse(bodyA, row.m_contactNormal1, row.m_angularComponentA, impulse);
+    addImpulse(bodyB, row.m_contactNormal2, row.m_angularComponentB, impulse);
+    return btScalar(impulse * (1. / row.m_jacDiagABInv));
+}
+
+/// Compares a function with Bullet's for many rows.
+bool solvesAsBullet(SplitImpulseRow solve, bool isSimd)
+{
+    RowOfBullet bullet(isSimd);
+    Numbers numbers;
+    for (int i = 0; i < 64; ++i)
+    {
+        Numbers same = numbers;
+        Case own(numbers), theirs(same);
+        const btScalar residual = solve(own.bodies[0], own.bodies[1], own.row);
+        const btScalar expected = bullet.solve(theirs.bodies[0], theirs.bodies[1], theirs.row);
+        if (residual != expected ||
+            btScalar(own.row.m_appliedPushImpulse) != btScalar(theirs.row.m_appliedPushImpulse) ||
+            !haveSameBits(own.bodies[0], theirs.bodies[0]) || !haveSameBits(own.bodies[1], theirs.bodies[1]))
+            return false;
+    }
+    return true;
+}
+
+SplitImpulseRow findRowOfBullet(bool isSimd)
+{
+    for (const SplitImpulseRow row : {solveScalarRow, solveSimdRow})
+    {
+        if (solvesAsBullet(row, isSimd))
+            return row;
+    }
+    return nullptr;
+}
+}  // namespace
+
+SplitImpulseRow splitImpulseRowOfBullet(bool isSimd)
+{
+    static const SplitImpulseRow scalar = findRowOfBullet(false);
+    static const SplitImpulseRow simd = findRowOfBullet(true);
+    return isSimd ? simd : scalar;
 }
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

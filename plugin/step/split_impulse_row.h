@@ -11,14 +11,14 @@ namespace cullet
 {
 inline namespace CULLET_PRECISION
 {
-/// A row of the split impulse, as Bullet's scalar function solves it, without its global counter gNumSplitImpulseRecoveries,
-/// to which no two threads may add.
-btScalar solveSplitImpulseRow(btSolverBody& bodyA, btSolverBody& bodyB, const btSolverConstraint& row);
+/// Solves a row of the split impulse as Bullet's scalar function or its function for SSE does, without the global counter
+/// gNumSplitImpulseRecoveries, to which no two threads may add.
+using SplitImpulseRow = btScalar (*)(btSolverBody& bodyA, btSolverBody& bodyB, const btSolverConstraint& row);
 
-/// Whether Bullet's library rounds like cullet's: it does unless it was compiled with fused multiply-adds or with SIMD rows.
-/// Both functions above are compared once per process, on the calling thread.
+/// The function that rounds like the one of Bullet's library; null if the library was compiled with fused multiply-adds. Both
+/// are compared with it once per process, on the calling thread.
 ///
 /// @param isSimd whether the solver has SOLVER_SIMD
-bool hasBulletsRounding(bool isSimd);
+SplitImpulseRow splitImpulseRowOfBullet(bool isSimd);
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

@@ -66,7 +66,9 @@ btScalar WorkerSolver::solveGroupCacheFriendlySetup(btCollisionObject** bodies, 
     const btScalar result = btSequentialImpulseConstraintSolver::solveGroupCacheFriendlySetup(
         bodies, numBodies, manifolds, numManifolds, constraints, numConstraints, info, debugDrawer);
     // After Bullet's function, which sets its own one if the mode has changed.
-    m_resolveSplitPenetrationImpulse = solveSplitImpulseRow;
+    // Null only where no row of the split impulse is solved (hasForeignRounding() of world_islands.cpp).
+    if (const SplitImpulseRow row = splitImpulseRowOfBullet((info.m_solverMode & SOLVER_SIMD) != 0))
+        m_resolveSplitPenetrationImpulse = row;
     return result;
 }
 }  // namespace CULLET_PRECISION

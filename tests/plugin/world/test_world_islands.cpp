@@ -276,8 +276,8 @@ TEST(WorldBodies, AreSweptOnlyWithThreshold)
 
 TEST(SplitImpulseRow, HasBulletsRounding)
 {
-    EXPECT_TRUE(hasBulletsRounding(false));
-    EXPECT_TRUE(hasBulletsRounding(true));
+    EXPECT_NE(splitImpulseRowOfBullet(false), nullptr);
+    EXPECT_NE(splitImpulseRowOfBullet(true), nullptr);
 }
 
 // Else each box would be computed by Bullet's virtual function.
