@@ -82,6 +82,24 @@ need_packages()
     has_installed=1
 }
 
+# apt_apart <folder> <architecture> <deb|deb-src>: sets the array $apt to an apt-get with a state of its own in <folder>, which knows
+# Debian's packages or sources of this release for an architecture, and updates it. Nothing is installed there, so that the C
+# library is among the packages that others need, and the system's apt does not change.
+apt_apart()
+{
+    local folder=$1 suite keyring=/usr/share/keyrings/debian-archive-keyring.gpg
+    need_packages debian-archive-keyring
+    # shellcheck source=/dev/null
+    suite=$(. /etc/os-release && printf '%s' "$VERSION_CODENAME")
+    mkdir -p "$folder/lists/partial" "$folder/cache/archives/partial"
+    touch "$folder/status"
+    printf '%s [signed-by=%s] http://deb.debian.org/debian %s main\n' "$3" "$keyring" "$suite" >"$folder/sources.list"
+    apt=(apt-get -qq -o "APT::Architecture=$2" -o "APT::Architectures::=$2" -o "Dir::State=$folder"
+        -o "Dir::State::status=$folder/status" -o "Dir::Cache=$folder/cache" -o "Dir::Etc::sourcelist=$folder/sources.list"
+        -o Dir::Etc::sourceparts=/dev/null -o APT::Sandbox::User=root)
+    run_quietly "${apt[@]}" update
+}
+
 nvcc_path()
 {
     if [ -n "${CUDACXX:-}" ]; then

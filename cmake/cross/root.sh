@@ -19,24 +19,14 @@ root=$CULLET_ROOT/build/root-$processor
 libraries=(
     libbullet-dev libbullet-extras-dev libeigen3-dev libassimp-dev zlib1g-dev libcli11-dev nlohmann-json3-dev libgtest-dev)
 
-need_packages cmake ninja-build ccache "g++-12-$processor-linux-gnu" qemu-user debian-archive-keyring
+need_packages cmake ninja-build ccache "g++-12-$processor-linux-gnu" qemu-user
 # Once for each list of packages.
 if [ -f "$root/unpacked" ] && [ "$(cat "$root/unpacked")" = "${libraries[*]}" ]; then
     exit 0
 fi
 rm -rf "$root"
-mkdir -p "$root/apt/lists/partial" "$root/apt/cache/archives/partial"
-touch "$root/apt/status"
-# shellcheck source=/dev/null
-suite=$(. /etc/os-release && printf '%s' "$VERSION_CODENAME")
-keyring=/usr/share/keyrings/debian-archive-keyring.gpg
-printf 'deb [signed-by=%s] http://deb.debian.org/debian %s main\n' "$keyring" "$suite" >"$root/apt/sources.list"
-# A state of its own, in which nothing is installed, so that the C library is among the packages too.
-apt=(apt-get -qq -o "APT::Architecture=$architecture" -o "APT::Architectures::=$architecture"
-    -o "Dir::State=$root/apt" -o "Dir::State::status=$root/apt/status" -o "Dir::Cache=$root/apt/cache"
-    -o "Dir::Etc::sourcelist=$root/apt/sources.list" -o Dir::Etc::sourceparts=/dev/null -o APT::Sandbox::User=root)
 say "unpacking libraries for $processor into $root"
-run_quietly "${apt[@]}" update
+apt_apart "$root/apt" "$architecture" deb
 run_quietly "${apt[@]}" -y install --download-only --no-install-recommends "${libraries[@]}"
 for package in "$root"/apt/cache/archives/*.deb; do
     dpkg-deb -x "$package" "$root"
