@@ -4,6 +4,7 @@
 
 #include "cullet/base/threads/parallel_loops.h"
 #include "cullet/plugin/core/dynamic_type.h"
+#include "cullet/plugin/core/function_address.h"
 #include "cullet/plugin/solver.h"
 #include "cullet/plugin/solver/solver_tasks.h"
 #include "cullet/plugin/step/bullet_joints.h"
@@ -204,7 +205,8 @@ SerialIslands WorldIslands::Parts::reasonAgainst(const Step& step) const
         return SerialIslands::ForeignRows;
     if (hasForeignRounding(step.info))
         return SerialIslands::ForeignRounding;
-    if (!hasThreadSafeProfiler && btGetCurrentEnterProfileZoneFunc() != btEnterProfileZoneDefault)
+    if (!hasThreadSafeProfiler &&
+        btGetCurrentEnterProfileZoneFunc() != addressInLibrary(btEnterProfileZoneDefault))
         return SerialIslands::Profiler;
     if (hasForeignJoint(step.joints))
         return SerialIslands::ForeignJoint;
