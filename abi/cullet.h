@@ -35,7 +35,9 @@
 #else
 #define CULLET_C_LINKAGE extern
 #endif
-#if defined(__GNUC__)
+#if defined(_WIN32) && defined(CULLET_BUILDS_LIBRARY)
+#define CULLET_C_API CULLET_C_LINKAGE __declspec(dllexport)
+#elif defined(__GNUC__) && !defined(_WIN32)
 #define CULLET_C_API CULLET_C_LINKAGE __attribute__((visibility("default")))
 #else
 #define CULLET_C_API CULLET_C_LINKAGE

@@ -65,6 +65,13 @@ target_compile_options(cullet_flags INTERFACE
 if(CMAKE_SYSTEM_PROCESSOR MATCHES "^(aarch64|arm64)")
     target_compile_options(cullet_flags INTERFACE "$<$<COMPILE_LANGUAGE:CXX>:-U__ARM_FEATURE_FMA>")
 endif()
+# GCC aligns the stack of Windows to 16 bytes, and moves 32 and 64 bytes as if it were aligned to as many (GCC bug 54412): the
+# assembler writes the moves that need no alignment. Programs with the headers of `narrow` need it, too. An object of many
+# templates has more sections than its first format allows.
+set(CULLET_UNALIGNED_MOVES
+    "$<$<AND:$<PLATFORM_ID:Windows>,$<COMPILE_LANG_AND_ID:CXX,GNU>>:-Wa,-muse-unaligned-vector-move>")
+target_compile_options(cullet_flags INTERFACE "${CULLET_UNALIGNED_MOVES}"
+    "$<$<AND:$<PLATFORM_ID:Windows>,$<COMPILE_LANG_AND_ID:CXX,GNU>>:-Wa,-mbig-obj>")
 if(CULLET_WERROR)
     # What libstdc++ before 13 calls in std::inplace_merge it also deprecates, and Clang from 18 on does not keep that to itself.
     target_compile_options(cullet_flags INTERFACE
@@ -122,6 +129,9 @@ function(cullet_library_part target)
             # Position independent code would otherwise keep the compiler from inlining what another library might
             # replace.
             target_compile_options(${part} PRIVATE "$<$<COMPILE_LANGUAGE:CXX>:-fno-semantic-interposition>")
+            if(WIN32)
+                target_compile_definitions(${part} PRIVATE CULLET_BUILDS_LIBRARY)
+            endif()
         endif()
     endforeach()
 endfunction()

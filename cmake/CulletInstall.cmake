@@ -32,6 +32,7 @@ foreach(linkage shared static)
     add_dependencies(cullet_libraries ${targets})
     install(TARGETS ${targets}
         EXPORT cullet-${linkage}-targets
+        RUNTIME DESTINATION "${CMAKE_INSTALL_BINDIR}" COMPONENT runtime
         LIBRARY DESTINATION "${CMAKE_INSTALL_LIBDIR}" COMPONENT runtime NAMELINK_COMPONENT development
         ARCHIVE DESTINATION "${CMAKE_INSTALL_LIBDIR}" COMPONENT development)
     install(EXPORT cullet-${linkage}-targets

@@ -61,8 +61,11 @@ function(cullet_add_shared target name)
         SOVERSION ${CULLET_SOVERSION}
         LINK_DEPENDS "${CULLET_SYMBOLS}")
     # nodelete: Bullet's dispatchers keep functions of the library when a program closes it.
-    target_link_options(${target} PRIVATE
-        "LINKER:--version-script=${CULLET_SYMBOLS},-Bsymbolic-functions,-z,nodelete")
+    # A DLL has a table of what it exports, which CULLET_API writes, and no file of symbols.
+    if(NOT WIN32)
+        target_link_options(${target} PRIVATE
+            "LINKER:--version-script=${CULLET_SYMBOLS},-Bsymbolic-functions,-z,nodelete")
+    endif()
     if(NOT CULLET_SANITIZE)
         target_link_options(${target} PRIVATE "LINKER:--no-undefined")
     endif()
