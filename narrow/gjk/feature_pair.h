@@ -73,6 +73,48 @@ public:
         return (isSolved || solveLevel(ofA.id[0], ofB.id[0])) && isCertain();
     }
 
+    /// As solve(), for two hulls of which one lies on a face of the other, from vertices of these: the lowest vertex over
+    /// a face, or two level faces. Finds it after a move of the hulls. Of several vertices that are lowest up to rounding it
+    /// takes one that depends on shapes and poses alone.
+    ///
+    /// @param vertexA, vertexB of the faces, with a graph; -1: unknown
+    /// @param about of any length, approximately from B to A
+    /// @param isOnA the face was one of A the last time, which saves time
+    bool solveNearFaces(std::int32_t vertexA, std::int32_t vertexB, const Eigen::Vector3d& about, bool isOnA)
+    {
+        m_isDeep = false;
+        m_about = about;
+        m_areCorners = false;
+        if (vertexA < 0 || vertexB < 0 || vertexA >= m_a.shape.vertexCount() ||
+            vertexB >= m_b.shape.vertexCount())
+            return false;
+        NearFace likely = nearFace(isOnA, isOnA ? vertexA : vertexB);
+        if (solveLowest(likely, true))
+            return isCertain();
+        // What is lowest over one face is a vertex of the other, whose face has nearly the same normal if they are level.
+        std::int32_t &ofLikely = isOnA ? vertexA : vertexB, &ofOther = isOnA ? vertexB : vertexA;
+        ofOther = likely.isFound() ? likely.lowest : ofOther;
+        alignWith(likely);
+        const NearFace other = nearFace(!isOnA, ofOther);
+        const bool isLate = !likely.isFound() && other.isFound();
+        if (isLate)
+        {
+            ofLikely = other.lowest;
+            alignWith(other);
+            likely = nearFace(isOnA, ofLikely);
+        }
+        if (solveLowest(other, true) || (isLate && solveLowest(likely, true)))
+            return isCertain();
+        // In the order of solve(). Without a graph it is unknown whether faces are level.
+        const NearFace &ofA = isOnA ? likely : other, &ofB = isOnA ? other : likely;
+        return (solveLevelFaces(vertexA, vertexB) ||
+                (!isCloud(m_a) && !isCloud(m_b) && (solveLowest(ofA, false) || solveLowest(ofB, false)))) &&
+               isCertain();
+    }
+
+    /// Of the features that solveNearFaces() has found: see solve().
+    const VertexPairs& pairs() const { return m_pairs; }
+
     /// Unit, from B to A, world axes.
     const Eigen::Vector3d& normal() const { return m_normal; }
     /// Along the normal; if negative, minus the depth.
@@ -265,6 +307,14 @@ private:
     bool setVertexOver(const Side& side, const Corners& corners, const Plane& plane, const Side& other,
                        std::int32_t vertex, bool isOfA)
     {
+        return setLowestOver(side, corners, plane, other, vertex, isOfA) &&
+               isStrictSupport(other, vertex, -1, isOfA ? m_normal : Vector(-m_normal));
+    }
+
+    /// Sets the answer of a vertex strictly over a face, which is a lowest one of its hull.
+    bool setLowestOver(const Side& side, const Corners& corners, const Plane& plane, const Side& other,
+                       std::int32_t vertex, bool isOfA)
+    {
         const Vector point = other.point(vertex) + (isOfA ? m_offset : Vector(-m_offset));
         // The foot of the least depth is always in the face.
         if (!m_isDeep && !isInside(side, corners, plane.ccwNormal, point, kInside))
@@ -273,7 +323,7 @@ private:
         (isOfA ? m_vertexA : m_vertexB) = corners[Side::firstOf(corners)];
         (isOfA ? m_vertexB : m_vertexA) = vertex;
         m_areCorners = false;
-        return isStrictSupport(other, vertex, -1, isOfA ? m_normal : Vector(-m_normal));
+        return true;
     }
 
     static bool isCloud(const Side& side) { return side.hull().kind() == HullKind::Cloud; }
@@ -361,6 +411,61 @@ private:
         const double height = m_normal.dot(point - plane.first);
         m_distance = isOfA ? -height : height;
         m_onB = isOfA ? point : Vector(point + m_offset - m_distance * m_normal);
+    }
+
+    // The lowest vertex over a face that is nearly level
+
+    struct NearFace
+    {
+        bool isOfA;
+        Corners corners = {nullptr, nullptr};
+        Plane plane = {};
+        std::int32_t lowest = -1;  ///< vertex of the other hull
+
+        bool isFound() const { return lowest >= 0; }
+    };
+
+    NearFace nearFace(bool isOfA, std::int32_t vertex) const
+    {
+        const Side &side = isOfA ? m_a : m_b, &other = isOfA ? m_b : m_a;
+        NearFace face = {isOfA};
+        face.corners = levelFace(side, vertex, isOfA ? Vector(-m_about) : m_about);
+        if (face.corners.size() < 3 || !other.isScanned() || !findPlane(side, face.corners, face.plane))
+            return face;
+        const bool isDownward = (face.plane.ccwNormal.dot(m_about) < 0.0) != isOfA;
+        face.lowest = other.scanSupport(isDownward ? face.plane.ccwNormal : Vector(-face.plane.ccwNormal));
+        return face;
+    }
+
+    /// Replaces the direction from B to A by the normal of a face that was found with it.
+    void alignWith(const NearFace& face)
+    {
+        if (face.isFound())
+            m_about = face.plane.ccwNormal.dot(m_about) < 0.0 ? Vector(-face.plane.ccwNormal)
+                                                              : face.plane.ccwNormal;
+    }
+
+    bool solveLowest(const NearFace& face, bool isStrict)
+    {
+        const Side &side = face.isOfA ? m_a : m_b, &other = face.isOfA ? m_b : m_a;
+        if (!face.isFound() ||
+            !(isStrict ? setVertexOver(side, face.corners, face.plane, other, face.lowest, face.isOfA)
+                       : setLowestOver(side, face.corners, face.plane, other, face.lowest, face.isOfA)))
+            return false;
+        const Vector outward = face.isOfA ? Vector(-m_normal) : m_normal;
+        if (!isOuterFace(side, face.plane, outward) ||
+            !isStrictFace(side, face.corners, face.corners[0], outward))
+            return false;
+        const std::array<std::int32_t, 3> three = {face.corners[0], face.corners[1], face.corners[2]},
+                                          one = {face.lowest, face.lowest, face.lowest};
+        m_pairs = face.isOfA ? VertexPairs{three, one, 3} : VertexPairs{one, three, 3};
+        return true;
+    }
+
+    bool solveLevelFaces(std::int32_t vertexA, std::int32_t vertexB)
+    {
+        m_pairs = {{vertexA, -1, -1}, {vertexB, -1, -1}, 1};
+        return solveLevel(vertexA, vertexB);
     }
 
     // Two faces, or a face and an edge, that are level; or a vertex over a diagonal of a face
@@ -558,6 +663,7 @@ private:
     Vector m_offset;
     double m_size;
     bool m_isDeep = false;
+    VertexPairs m_pairs;
     Vector m_about, m_normal, m_onB;
     double m_distance = 0.0;
     std::int32_t m_vertexA = -1, m_vertexB = -1;

@@ -17,6 +17,8 @@ namespace cullet
 template <class S>
 struct FeatureSide
 {
+    static constexpr std::int32_t kMostScanned = 64;
+
     const PosedHull<S>& shape;
     Eigen::Matrix3d basis;
 
@@ -46,6 +48,24 @@ struct FeatureSide
     {
         const S* const v = hull().lanes(vertex);
         return {double(v[0]), double(v[1]), double(v[2])};
+    }
+    /// Whether scanSupport() may be called: the hull has few vertices.
+    bool isScanned() const { return hull().vertexCount() <= kMostScanned; }
+    /// The vertex that is farthest along a direction, compared in double; the first of several.
+    std::int32_t scanSupport(const Eigen::Vector3d& direction) const
+    {
+        const Eigen::Vector3d local = basis.transpose() * direction;
+        const S *const x = hull().x(), *const y = hull().y(), *const z = hull().z();
+        const std::int32_t count = hull().vertexCount();
+        std::int32_t best = 0;
+        double highest = -std::numeric_limits<double>::infinity();
+        for (std::int32_t i = 0; i < count; ++i)
+        {
+            const double height = local[0] * double(x[i]) + local[1] * double(y[i]) + local[2] * double(z[i]);
+            best = height > highest ? i : best;
+            highest = std::max(height, highest);
+        }
+        return best;
     }
     /// A height larger than the rounding of a direction and of products in the hull's scalar, and than that of a slope
     /// from any vertex to any other.

@@ -63,4 +63,16 @@ VertexPairs pairsOf(const GjkCache<S>& cache)
     }
     return pairs;
 }
+
+/// Stores vertex pairs as the simplex of a cache.
+template <class S>
+void rememberPairs(const VertexPairs& pairs, GjkCache<S>& cache)
+{
+    cache.count = static_cast<std::uint8_t>(pairs.count);
+    for (std::size_t i = 0; i < static_cast<std::size_t>(pairs.count); ++i)
+    {
+        cache.verticesA[i] = narrowId<S>(pairs.a[i]);
+        cache.verticesB[i] = narrowId<S>(pairs.b[i]);
+    }
+}
 }  // namespace cullet

@@ -51,6 +51,12 @@ Touch touchAt(const GjkResult<btScalar>& near, const GjkCache<btScalar>& cache)
     return touch;
 }
 
+Touch touchAt(const FeaturePair<btScalar>& features)
+{
+    return {features.normal(),  features.distance(), features.pointOfB(),
+            features.vertexA(), features.vertexB(),  features.areCorners()};
+}
+
 /// Distance and closest points by the features that a search has found, maybe in an earlier pose.
 ///
 /// @param about see FeaturePair
@@ -60,8 +66,7 @@ bool solveFeatures(const ConvexCores& cores, const VertexPairs& pairs, const Eig
     FeaturePair<btScalar> features(*cores.a, *cores.b);
     if (!features.solve(pairs, about, false))
         return false;
-    touch = {features.normal(),  features.distance(), features.pointOfB(),
-             features.vertexA(), features.vertexB(),  features.areCorners()};
+    touch = touchAt(features);
     return true;
 }
 
@@ -101,11 +106,47 @@ bool refine(const PosedHull<S>& a, const PosedHull<S>& b, S limit, GjkCache<S>& 
     return false;
 }
 
+/// Distance and closest points if one hull lies on a face of the other.
+///
+/// @param cache [in, out] its features may be those of an earlier pose
+bool solveNearFaces(const ConvexCores& cores, btScalar limit, GjkCache<btScalar>& cache, Touch& touch)
+{
+    // In double, a tilt of some roundings may be level or not by the face that the last axis is nearest to.
+    if constexpr (sizeof(btScalar) == sizeof(double))
+        return false;
+    const auto vertexOf = [](std::uint16_t id)
+    { return id == GjkCache<btScalar>::kUnknown ? -1 : std::int32_t(id); };
+    const VertexPairs last = pairsOf(cache);
+    FeaturePair<btScalar> features(*cores.a, *cores.b);
+    if (!features.solveNearFaces(vertexOf(cache.startA), vertexOf(cache.startB),
+                                 {cache.axis[0], cache.axis[1], cache.axis[2]},
+                                 distinctVertices(last.a, last.count).count == 3))
+        return false;
+    touch = touchAt(features);
+    GjkSearch<PosedShape, PosedShape>::rememberAxis(touch.normal, touch.vertexA, touch.vertexB, cache);
+    rememberPairs(features.pairs(), cache);
+    cache.state = stateOf(touch, limit);
+    return true;
+}
+
+/// Saves the search if the closest features are those of the last query, or of the same face.
+bool solveKnownFeatures(const ConvexCores& cores, btScalar limit, GjkCache<btScalar>& cache, Touch& touch)
+{
+    const VertexPairs last = pairsOf(cache);
+    const bool isFace =
+        distinctVertices(last.a, last.count).count == 3 || distinctVertices(last.b, last.count).count == 3;
+    if (isFace && solveNearFaces(cores, limit, cache, touch))
+        return true;
+    return solveLastFeatures(cores, limit, cache, touch) ||
+           (!isFace && solveNearFaces(cores, limit, cache, touch));
+}
+
 ContactSearchResult solveNearFeatures(const ConvexCores& cores, btScalar limit, btScalar paddedLimit,
                                       GjkResult<btScalar>& near, GjkCache<btScalar>& cache, Touch& touch)
 {
     const auto solve = [&] { return solveFeatures(cores, pairsOf(cache), near.axis.cast<double>(), touch); };
-    const bool isSettled = solve() || (refine(*cores.a, *cores.b, paddedLimit, cache, near) && solve());
+    const bool isSettled = solve() || (refine(*cores.a, *cores.b, paddedLimit, cache, near) && solve()) ||
+                           solveNearFaces(cores, limit, cache, touch);
     if (!isSettled)
         touch = touchAt(near, cache);
     cache.state = stateOf(touch, limit);
@@ -160,7 +201,7 @@ ContactSearchResult measure(const ConvexCores& cores, btScalar limit, btScalar p
             return {deep.state, deep.isSettled};
         }
     }
-    if (cache.state == GjkState::Near && solveLastFeatures(cores, limit, cache, touch))
+    if (cache.state == GjkState::Near && solveKnownFeatures(cores, limit, cache, touch))
         return {cache.state, true};
     GjkResult<btScalar> near = gjkDistance(*cores.a, *cores.b, paddedLimit, cache);
     if (near.state == GjkState::Near)

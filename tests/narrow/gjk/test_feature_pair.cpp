@@ -147,6 +147,61 @@ TYPED_TEST(FeaturePairTest, GivesSameBitsHoweverFeaturesWereFound)
     EXPECT_GT(compared, 1000);
 }
 
+/// The lowest vertex over a nearly level face is found from vertices of other poses, and has the same bits from all of them.
+TYPED_TEST(FeaturePairTest, FindsLowestVertexOverFaceFromAnyVertexOfIt)
+{
+    using S = TypeParam;
+    constexpr unsigned kSeed = 41;
+    std::mt19937 engine(kSeed);
+    const Hull<S> slab = hullOf<S>(boxPoints(5.0, 5.0, 1.0));
+    const PosedHull<S> b(slab, Eigen::Matrix<S, 3, 3>::Identity(), Eigen::Matrix<S, 3, 1>::Zero());
+    int asked = 0, solved = 0;
+    for (const NamedPoints& shape : queryShapes())
+    {
+        const Hull<S> hull = hullOf<S>(shape.points);
+        if (hull.kind() != HullKind::Solid || hull.vertexCount() > FeatureSide<S>::kMostScanned)
+            continue;
+        for (const double tilt : {0.02, 1e-4, 1e-7, 1e-9, 3e-10, 1e-11, 1e-13, 0.0})
+        {
+            SCOPED_TRACE(testing::Message() << shape.name << " seed " << kSeed << " tilt " << tilt);
+            const Eigen::Matrix3d turn =
+                Eigen::AngleAxisd(tilt, Eigen::Vector3d(0.6, 0.8, 0.0)).toRotationMatrix();
+            const Eigen::Matrix<S, 3, 3> basis = turn.template cast<S>();
+            const PosedHull<S> low(hull, basis, Eigen::Matrix<S, 3, 1>::Zero());
+            double lowest = 0.0;
+            for (std::int32_t v = 0; v < hull.vertexCount(); ++v)
+                lowest = std::min(lowest, low.point(v).z());
+            const PosedHull<S> a(hull, basis, Eigen::Matrix<S, 3, 1>(S(0.1), S(-0.2), S(1.1 - lowest)));
+            const double gap = a.origin().z() + lowest - b.point(0).cwiseAbs().z();
+            if (low.point(0).norm() > 4.0)
+                continue;
+            FeaturePair<S> first(a, b);
+            bool isFirst = true;
+            for (std::int32_t vertexB = 0; vertexB < 8; ++vertexB)
+            {
+                if (b.point(vertexB).z() < 0.0)
+                    continue;
+                ++asked;
+                const auto vertexA = static_cast<std::int32_t>(engine() % unsigned(hull.vertexCount()));
+                FeaturePair<S> pair(a, b);
+                if (!pair.solveNearFaces(vertexA, vertexB, {0.01, 0.0, 2.0}, vertexB % 2 == 0))
+                    continue;
+                ++solved;
+                EXPECT_NEAR(pair.distance(), gap, 1e-12);
+                EXPECT_LT((pair.normal() - Eigen::Vector3d(0.0, 0.0, 1.0)).norm(), 1e-12);
+                if (isFirst)
+                    first.solveNearFaces(vertexA, vertexB, {0.0, 0.0, 1.0}, false);
+                isFirst = false;
+                EXPECT_EQ(pair.distance(), first.distance());
+                EXPECT_EQ(pair.pointOfB(), first.pointOfB());
+                EXPECT_EQ(pair.vertexA(), first.vertexA());
+            }
+        }
+    }
+    EXPECT_GT(asked, 200);
+    EXPECT_GT(solved, asked * 9 / 10);
+}
+
 /// All bounds are relative, so a power of two changes no digit.
 TYPED_TEST(FeaturePairTest, ScalesWithShapesByPowersOfTwoBitByBit)
 {
