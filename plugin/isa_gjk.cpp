@@ -4,6 +4,7 @@
 
 #include "cullet/base/held_while_forking.h"
 #include "cullet/broad/log.h"
+#include "cullet/plugin/compound/compound_pair_algorithm.h"
 #include "cullet/plugin/convex/body_motions.h"
 #include "cullet/plugin/convex/box_box_algorithm.h"
 #include "cullet/plugin/convex/isa_gjk_algorithm.h"
@@ -12,6 +13,7 @@
 #include "cullet/plugin/shapes/convex_shape.h"
 
 #include <BulletCollision/CollisionDispatch/btCollisionConfiguration.h>
+#include <BulletCollision/CollisionDispatch/btCompoundCompoundCollisionAlgorithm.h>
 #include <BulletCollision/CollisionDispatch/btConvexConcaveCollisionAlgorithm.h>
 #include <BulletCollision/CollisionDispatch/btSphereTriangleCollisionAlgorithm.h>
 
@@ -110,6 +112,18 @@ struct Table : btCollisionDispatcher
         return (dispatcher.*(&Table::m_doubleDispatchContactPoints))[a][b];
     }
 };
+
+/// Calls call(type, type) for each pair of types of which one at least is a compound's.
+template <class Call>
+void forEachCompoundPair(const Call& call)
+{
+    for (int other = 0; other < MAX_BROADPHASE_COLLISION_TYPES; ++other)
+    {
+        call(COMPOUND_SHAPE_PROXYTYPE, other);
+        if (other != COMPOUND_SHAPE_PROXYTYPE)
+            call(other, COMPOUND_SHAPE_PROXYTYPE);
+    }
+}
 }  // namespace
 
 IsaGjkRegistration::IsaGjkRegistration(btCollisionDispatcher& dispatcher, const IsaGjkOptions& options)
@@ -129,6 +143,8 @@ void IsaGjkRegistration::reset(btCollisionDispatcher& dispatcher, const IsaGjkOp
     m_dispatcher = &dispatcher;
     if (m_options.meshes && !options.meshes)
         giveBackMeshes();
+    if (m_options.compounds && !options.compounds)
+        giveBackCompounds();
     m_options = checkedOptions(options);
     ++m_resets;
     endPass();
@@ -160,6 +176,57 @@ void IsaGjkRegistration::registerWith(btCollisionDispatcher& dispatcher)
         dispatcher.registerCollisionCreateFunc(BOX_SHAPE_PROXYTYPE, BOX_SHAPE_PROXYTYPE, &m_boxes);
     if (m_options.meshes)
         registerMeshes(dispatcher);
+    if (m_options.compounds)
+        registerCompounds(dispatcher);
+}
+
+/// Replaces Bullet's own algorithms. Those of another library, as GImpact's, stay.
+void IsaGjkRegistration::registerCompounds(btCollisionDispatcher& dispatcher)
+{
+    forEachCompoundPair(
+        [&](int a, int b)
+        {
+            const btCollisionAlgorithmCreateFunc& create = *Table::of(dispatcher, a, b);
+            if (isExactly<btCompoundCompoundCollisionAlgorithm::CreateFunc>(create))
+                dispatcher.registerCollisionCreateFunc(a, b, &m_compoundPairs);
+            else if (isExactly<btCompoundCollisionAlgorithm::CreateFunc>(create))
+                dispatcher.registerCollisionCreateFunc(a, b, &m_compounds);
+            else if (isExactly<btCompoundCollisionAlgorithm::SwappedCreateFunc>(create))
+                dispatcher.registerCollisionCreateFunc(a, b, &m_swappedCompounds);
+        });
+}
+
+void IsaGjkRegistration::giveBackCompounds()
+{
+    btCollisionConfiguration& configuration = *m_dispatcher->getCollisionConfiguration();
+    forEachCompoundPair(
+        [&](int a, int b)
+        {
+            if (makesCompounds(Table::of(*m_dispatcher, a, b)))
+                m_dispatcher->registerCollisionCreateFunc(
+                    a, b, configuration.getCollisionAlgorithmCreateFunc(a, b));
+        });
+}
+
+bool IsaGjkRegistration::isOfCompound(const btCollisionAlgorithm& algorithm)
+{
+    return isExactly<CompoundAlgorithm>(algorithm) || isExactly<CompoundPairAlgorithm>(algorithm);
+}
+
+btCollisionAlgorithm* IsaGjkRegistration::CompoundCreateFunc::CreateCollisionAlgorithm(
+    btCollisionAlgorithmConstructionInfo& info, const btCollisionObjectWrapper* a,
+    const btCollisionObjectWrapper* b)
+{
+    void* memory = info.m_dispatcher1->allocateCollisionAlgorithm(sizeof(CompoundAlgorithm));
+    return new (memory) CompoundAlgorithm(info, a, b, m_swapped);
+}
+
+btCollisionAlgorithm* IsaGjkRegistration::CompoundPairCreateFunc::CreateCollisionAlgorithm(
+    btCollisionAlgorithmConstructionInfo& info, const btCollisionObjectWrapper* a,
+    const btCollisionObjectWrapper* b)
+{
+    void* memory = info.m_dispatcher1->allocateCollisionAlgorithm(sizeof(CompoundPairAlgorithm));
+    return new (memory) CompoundPairAlgorithm(info, a, b);
 }
 
 void IsaGjkRegistration::registerMeshes(btCollisionDispatcher& dispatcher)

@@ -17,8 +17,8 @@ inline namespace CULLET_PRECISION
 ///
 /// Fills both tables of the dispatcher, for both orders of every pair of convex types, except pairs for which Bullet
 /// has a closed form: sphere-sphere, sphere-triangle, capsule-capsule, capsule-sphere, and the two-dimensional types.
-/// Two boxes have an algorithm of their own (IsaGjkOptions::boxPairs) in the table of contact points. Children of
-/// compounds and triangles of meshes are handled like any other pair.
+/// Two boxes have an algorithm of their own (IsaGjkOptions::boxPairs) in the table of contact points, and so have compounds
+/// (IsaGjkOptions::compounds). Children of compounds and triangles of meshes are handled like any other pair.
 ///
 /// For pairs of polytopes (hull, box, triangle, capsule, sphere) each query makes a patch of up to four contact points.
 /// With any other shape, ISA-GJK only decides whether a pair is too far apart for contacts, and Bullet's own algorithm

@@ -114,12 +114,13 @@ room(plugin/pair_sync MAY base base/threads broad broad/boxes broad/queries plug
 room(plugin/shapes MAY base broad narrow/math narrow/hull narrow/build narrow/gjk plugin/core)
 room(plugin/contact MAY base narrow/math narrow/box narrow/hull plugin/core plugin/shapes)
 room(plugin/convex MAY base base/threads broad mid narrow/math narrow/box narrow/hull narrow/gjk narrow/epa plugin/core plugin/shapes plugin/contact)
+room(plugin/compound MAY narrow/box plugin/core plugin/convex)
 room(plugin/mesh MAY mid narrow/math narrow/hull narrow/gjk plugin/core plugin/shapes plugin/contact plugin/convex plugin/queries)
 room(plugin/queries MAY base base/threads mid plugin/core)
 room(plugin/step MAY broad plugin/core)
 room(plugin/solver MAY base base/threads plugin/core plugin/step)
 room(plugin MAY base base/threads broad broad/queries cuda plugin/core plugin/pair_cache plugin/proxies plugin/pair_sync plugin/shapes
-    plugin/contact plugin/convex plugin/mesh plugin/queries plugin/solver plugin/step)
+    plugin/contact plugin/compound plugin/convex plugin/mesh plugin/queries plugin/solver plugin/step)
 
 foreach(folder base broad comparison narrow mid cuda plugin)
     file(GLOB_RECURSE files RELATIVE "${ROOT}" "${ROOT}/${folder}/*.h" "${ROOT}/${folder}/*.cpp" "${ROOT}/${folder}/*.inl"

@@ -80,6 +80,15 @@ public:
         return create == &m_meshes || create == &m_swappedMeshes;
     }
 
+    /// Whether an algorithm is cullet's for a compound.
+    static bool isOfCompound(const btCollisionAlgorithm& algorithm);
+
+    /// Whether a function of this registration creates such algorithms.
+    bool makesCompounds(const btCollisionAlgorithmCreateFunc* create) const
+    {
+        return create == &m_compounds || create == &m_swappedCompounds || create == &m_compoundPairs;
+    }
+
     /// Whether the dispatcher's table still has this registration's algorithm for a convex type and a triangle.
     bool answersTriangles(int convexType) const;
 
@@ -123,6 +132,25 @@ private:
         IsaGjkRegistration& m_isaGjk;
     };
 
+    /// For a compound and another shape.
+    struct CompoundCreateFunc : btCollisionAlgorithmCreateFunc
+    {
+        explicit CompoundCreateFunc(bool isSwapped) { m_swapped = isSwapped; }
+        btCollisionAlgorithm* CreateCollisionAlgorithm(btCollisionAlgorithmConstructionInfo& info,
+                                                       const btCollisionObjectWrapper* a,
+                                                       const btCollisionObjectWrapper* b) override;
+    };
+
+    /// For two compounds.
+    struct CompoundPairCreateFunc : btCollisionAlgorithmCreateFunc
+    {
+        btCollisionAlgorithm* CreateCollisionAlgorithm(btCollisionAlgorithmConstructionInfo& info,
+                                                       const btCollisionObjectWrapper* a,
+                                                       const btCollisionObjectWrapper* b) override;
+    };
+
+    void registerCompounds(btCollisionDispatcher& dispatcher);
+    void giveBackCompounds();
     void registerMeshes(btCollisionDispatcher& dispatcher);
     void giveBackMeshes();
 
@@ -142,6 +170,9 @@ private:
     BoxCreateFunc m_boxes{*this};
     MeshCreateFunc m_meshes{*this, false};
     MeshCreateFunc m_swappedMeshes{*this, true};
+    CompoundCreateFunc m_compounds{false};
+    CompoundCreateFunc m_swappedCompounds{true};
+    CompoundPairCreateFunc m_compoundPairs;
     btCollisionDispatcher* m_dispatcher = nullptr;
     btCollisionAlgorithmCreateFunc* m_stockBoxes = nullptr;  ///< Bullet's own for two boxes
 };

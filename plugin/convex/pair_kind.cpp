@@ -115,7 +115,8 @@ PairKinds::Algorithm PairKinds::classOf(const btCollisionAlgorithm& algorithm)
         return Algorithm::Plane;
     if (isExactly<btConvexConcaveCollisionAlgorithm>(algorithm) || IsaGjkRegistration::isOfMesh(algorithm))
         return Algorithm::Mesh;
-    if (isOneOf<btCompoundCollisionAlgorithm, btCompoundCompoundCollisionAlgorithm>(algorithm))
+    if (isOneOf<btCompoundCollisionAlgorithm, btCompoundCompoundCollisionAlgorithm>(algorithm) ||
+        IsaGjkRegistration::isOfCompound(algorithm))
         return Algorithm::Compound;
     return isOneOf<btEmptyAlgorithm, btSphereTriangleCollisionAlgorithm, btConvex2dConvex2dAlgorithm,
                    btBox2dBox2dCollisionAlgorithm>(algorithm)
@@ -205,7 +206,7 @@ PairKind PairKinds::meshOrOther(const btCollisionAlgorithm& algorithm, const btC
     return isKnownChild ? PairKind::Mesh : parent();
 }
 
-/// Bullet's algorithms of compounds read bodies, shapes and trees. They write to themselves, to algorithms of children,
+/// Bullet's algorithms of compounds, and cullet's, read bodies, shapes and trees. They write to themselves, to algorithms of children,
 /// and to the manifolds of these.
 PairKind PairKinds::compoundOrOther(const btCollisionAlgorithm& algorithm, const btCollisionObject& a,
                                     const btCollisionObject& b)
@@ -280,7 +281,7 @@ PairKinds::Children PairKinds::children()
 bool PairKinds::isKnown(const btCollisionAlgorithmCreateFunc& create) const
 {
     return &create == m_isaGjk.contactPoints() || &create == m_isaGjk.boxes() ||
-           m_isaGjk.makesMeshes(&create) ||
+           m_isaGjk.makesMeshes(&create) || m_isaGjk.makesCompounds(&create) ||
            isOneOf<btConvexConvexAlgorithm::CreateFunc, btConvexConcaveCollisionAlgorithm::CreateFunc,
                    btConvexConcaveCollisionAlgorithm::SwappedCreateFunc,
                    btCompoundCollisionAlgorithm::CreateFunc, btCompoundCollisionAlgorithm::SwappedCreateFunc,

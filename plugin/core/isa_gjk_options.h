@@ -48,6 +48,9 @@ struct IsaGjkOptions
     /// Let cullet choose the triangles of meshes, height fields and other concave shapes that a convex shape may touch, and
     /// the points that carry the contact. If false, Bullet's loop over triangles does.
     bool meshes = true;
+    /// Let cullet find the children of compounds that may touch. If false, Bullet's loop over children does, with the same
+    /// algorithms for them.
+    bool compounds = true;
     /// Correct the normals of contacts at edges and corners of triangles that their neighbours cover, so that a body that
     /// slides over a mesh does not hit the edges between its triangles. The application prepares nothing; contacts of
     /// meshes with a btTriangleInfoMap are left to btAdjustInternalEdgeContacts(). Off by default, since normals differ
