@@ -42,6 +42,9 @@ public:
         }
     }
 
+    /// Whether removeFirst() is needed.
+    bool isFirstStale() const { return m_isFirstStale; }
+
     /// Call after each added point.
     void removeFirst()
     {

@@ -18,12 +18,12 @@ using Vector = FourLanes<btScalar>;
 /// Access to the identifiers that btManifoldResult keeps to itself.
 struct ShapeIds : btManifoldResult
 {
-    static void copy(const btManifoldResult& from, btManifoldPoint& to)
+    static void copy(const btManifoldResult& from, bool isSwapped, btManifoldPoint& to)
     {
-        to.m_partId0 = from.*(&ShapeIds::m_partId0);
-        to.m_partId1 = from.*(&ShapeIds::m_partId1);
-        to.m_index0 = from.*(&ShapeIds::m_index0);
-        to.m_index1 = from.*(&ShapeIds::m_index1);
+        to.m_partId0 = from.*(isSwapped ? &ShapeIds::m_partId1 : &ShapeIds::m_partId0);
+        to.m_partId1 = from.*(isSwapped ? &ShapeIds::m_partId0 : &ShapeIds::m_partId1);
+        to.m_index0 = from.*(isSwapped ? &ShapeIds::m_index1 : &ShapeIds::m_index0);
+        to.m_index1 = from.*(isSwapped ? &ShapeIds::m_index0 : &ShapeIds::m_index1);
     }
 };
 
@@ -268,9 +268,10 @@ private:
 
     void findCommon(const btManifoldResult& result, btManifoldPoint& point) const
     {
-        setMaterial(m_a, m_b, point);
+        const btCollisionObject &first = *result.getBody0Internal(), &second = *result.getBody1Internal();
+        setMaterial(first, second, point);
         setNormal(m_normal, point);
-        ShapeIds::copy(result, point);
+        ShapeIds::copy(result, &first != &m_a, point);
     }
 
     /// btPersistentManifold::replaceContactPoint(): all but impulses, lifetime and the application's data.
@@ -319,9 +320,11 @@ private:
 bool updateManifold(const BoxContact<btScalar>& contact, const btManifoldResult& result,
                     btPersistentManifold& manifold)
 {
-    const btCollisionObject& a = *result.getBody0Internal();
-    const btCollisionObject& b = *result.getBody1Internal();
-    if (manifold.getBody0() != &a ||
+    const btCollisionObject &first = *result.getBody0Internal(), &second = *result.getBody1Internal();
+    // That of a compound's child, if the compound is the second body.
+    const bool isSwapped = manifold.getBody0() != &first;
+    const btCollisionObject &a = isSwapped ? second : first, &b = isSwapped ? first : second;
+    if (manifold.getBody0() != &a || manifold.getBody1() != &b ||
         (Vector::load(contact.distances) > Vector(manifold.getContactBreakingThreshold())).bits() != 0)
         return false;
     Update update(contact, a, b, manifold);

@@ -20,7 +20,7 @@ inline namespace CULLET_PRECISION
 ///
 /// @param result of a step, with the manifold set
 /// @return false if Bullet must add the points, for which there is room: for callbacks and flags of the application, and
-///         for bodies in the other order
+///         for a manifold of other bodies
 bool updateManifold(const BoxContact<btScalar>& contact, const btManifoldResult& result,
                     btPersistentManifold& manifold);
 }  // namespace CULLET_PRECISION

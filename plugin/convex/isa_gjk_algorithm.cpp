@@ -5,6 +5,7 @@
 #include "cullet/narrow/gjk/gjk_search.h"
 #include "cullet/plugin/contact/contact_patch.h"
 #include "cullet/plugin/contact/manifold_renewal.h"
+#include "cullet/plugin/contact/manifold_update.h"
 #include "cullet/plugin/convex/contact_search.h"
 #include "cullet/plugin/convex/convex_pair.h"
 #include "cullet/plugin/convex/manifold_record.h"
@@ -42,6 +43,28 @@ btScalar limitOf(const ConvexPair& pair, btScalar breakingThreshold, const btMan
            (isStep ? btScalar(0) : pair.margins() + result.m_closestPointDistanceThreshold);
 }
 
+/// The points of a patch in world space.
+///
+/// @param onB     the touch's point of B, with margins
+/// @param margins of both shapes
+BoxContact<btScalar> contactOf(const ContactPatch& patch, const btVector3& normal, const btVector3& onB,
+                               btScalar margins)
+{
+    BoxContact<btScalar> contact;
+    contact.count = patch.count;
+    for (int i = 0; i < 3; ++i)
+        contact.normal[i] = normal[i];
+    for (int lane = 0; lane < 4; ++lane)
+    {
+        const ContactPoint& point = patch.points[static_cast<std::size_t>(lane < patch.count ? lane : 0)];
+        const btVector3 place = onB + point.fromTouch;
+        for (int i = 0; i < 3; ++i)
+            contact.points[i][lane] = place[i];
+        contact.distances[lane] = point.distance - margins;
+    }
+    return contact;
+}
+
 /// Whether Bullet would use its separating axis test instead of GJK.
 bool usesSeparatingAxisTest(const ConvexPair& pair, const btDispatcherInfo& info)
 {
@@ -60,6 +83,7 @@ IsaGjkAlgorithm::IsaGjkAlgorithm(IsaGjkRegistration& isaGjk, btPersistentManifol
       m_closestOnly(closestOnly),
       m_hasContacts(false),
       m_isSettled(true),
+      m_isRefreshed(false),
       m_keeper(isaGjk),
       m_manifold(manifold)
 {
@@ -167,6 +191,7 @@ void IsaGjkAlgorithm::processCollision(const btCollisionObjectWrapper* a, const 
         return collideAndRefresh(ConvexPair(*a, *b), info, failed, *result);
     count(isaGjk().counters().separated);
     m_hasContacts = m_manifold->getNumContacts() > 0;
+    m_isRefreshed = false;
     if (m_hasContacts)
         refresh(*result);
 }
@@ -174,7 +199,7 @@ void IsaGjkAlgorithm::processCollision(const btCollisionObjectWrapper* a, const 
 /// Refreshes the points of a manifold after its pair has moved.
 void IsaGjkAlgorithm::refresh(btManifoldResult& result)
 {
-    if (m_ownsManifold)
+    if (m_ownsManifold && !m_isRefreshed)
         result.refreshContactPoints();
     m_hasContacts = m_manifold->getNumContacts() > 0;
 }
@@ -185,6 +210,7 @@ void IsaGjkAlgorithm::collideAndRefresh(const ConvexPair& pair, const btDispatch
 {
     // True until the points are counted: a contact callback that throws leaves points behind.
     m_hasContacts = true;
+    m_isRefreshed = false;
     const bool isAnswered = collide(pair, info, failed, result);
     if (isAnswered && m_cache.state == GjkState::Separated && m_manifold->getNumContacts() == 0)
     {
@@ -196,7 +222,10 @@ void IsaGjkAlgorithm::collideAndRefresh(const ConvexPair& pair, const btDispatch
                                    m_cache.state != GjkState::Separated && !m_closestOnly &&
                                    m_manifold->getNumContacts() < stock.m_minimumPointsPerturbationThreshold;
     if (!isAnswered || needsPerturbation)
+    {
+        m_isRefreshed = false;
         runBulletAlgorithm(pair, info, result);
+    }
     else if (m_ownsManifold && !m_closestOnly && m_cache.state != GjkState::Separated)
         m_keeper.store({isaGjk(), *pair.wrapA, *pair.wrapB, info, result, *m_manifold, m_hulls});
     // Bullet's algorithm itself refreshes the manifold of two round shapes, even if it does not own it.
@@ -298,7 +327,8 @@ bool IsaGjkAlgorithm::findsSeparatingAxis(const btCollisionObject& a, const btCo
         {cores.fanA ? &*cores.fanA : nullptr, cores.fanB ? &*cores.fanB : nullptr});
     ManifoldRenewal renewal(*m_manifold);
     // A parent's manifold has points of other pairs; the result of a query has no points of this pair yet.
-    if (m_ownsManifold && m_manifold->getNumContacts() > 0 && isOfStep(result))
+    const bool isOwnStep = m_ownsManifold && isOfStep(result);
+    if (isOwnStep && m_manifold->getNumContacts() > 0)
     {
         for (int i = 0; i < patch.count; ++i)
         {
@@ -306,6 +336,12 @@ bool IsaGjkAlgorithm::findsSeparatingAxis(const btCollisionObject& a, const btCo
             renewal.renew(onB + point.fromTouch + normal * (point.distance - margins));
         }
         renewal.removeOthers();
+    }
+    if (isOwnStep && !renewal.isFirstStale() &&
+        updateManifold(contactOf(patch, normal, onB, margins), result, *m_manifold))
+    {
+        m_isRefreshed = true;
+        return;
     }
     for (int i = 0; i < patch.count; ++i)
     {

@@ -129,6 +129,7 @@ private:
     bool m_closestOnly : 1;
     bool m_hasContacts : 1;  ///< may be true without contacts, if others share the manifold
     bool m_isSettled : 1;    ///< the last result did not depend on the start of its search
+    bool m_isRefreshed : 1;  ///< the manifold, in this call
     ContactKeeper m_keeper;
     btPersistentManifold* m_manifold;
     HullUse m_hulls[2];
