@@ -380,7 +380,8 @@ private:
 /// Below this cosine between its normal and the contact normal, a plane is too steep to measure heights over it.
 constexpr double kSteepest = 0.05;
 
-/// If the alignments of both faces differ by no more than this, A's is the reference, independent of rounding.
+/// If the alignments of both faces differ by no more than this, the reference is that of the core that is much larger, which
+/// the other one's face is seldom clipped to, or else A's; independent of rounding.
 constexpr double kAligned = 1e-5;
 
 /// The data of one of the two cores of a patch.
@@ -613,7 +614,9 @@ ContactPatch makeWidePatch(const PosedShape& a, const PosedShape& b, const Touch
     if (std::min(sideA.face.alignment(), sideB.face.alignment()) < kLoneAlignment &&
         isLoneCorner(a, b, touch))
         return onlyTouch(touch);
-    const bool isAReference = sideA.face.alignment() + kAligned >= sideB.face.alignment();
+    const double surplus = sideA.face.alignment() - sideB.face.alignment();
+    const bool isAReference =
+        surplus >= -kAligned && (surplus > kAligned || b.size() <= kMuchLarger * a.size());
     const PatchSide& reference = isAReference ? sideA : sideB;
     const PatchSide& other = isAReference ? sideB : sideA;
     btScalar noise = 0;

@@ -387,6 +387,44 @@ TEST(ContactPatchPoints, IncludeTheCornerByWhichTheirTriangleGrowsMost)
     EXPECT_GT(besideSecond, 20);
 }
 
+// The face of the larger hull, cut at the sides of the other one, would have corners with the rounding of its own size.
+TEST(ContactPatchPoints, LieAtCornersOfSmallFaceOnMuchLargerOneInBothOrders)
+{
+    const Hull<btScalar> small = hullOf<btScalar>(boxPoints(0.0625, 0.0625, 0.0625));
+    const Hull<btScalar> large = hullOf<btScalar>(boxPoints(100.0, 100.0, 1.0));
+    const Eigen::Matrix<btScalar, 3, 3> turn =
+        Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitZ()).toRotationMatrix().cast<btScalar>();
+    const PosedShape::Vector place(btScalar(41.37), btScalar(-63.91), btScalar(1.0725));
+    const PosedShape upper(small, turn, place);
+    const PosedShape floor(large, Eigen::Matrix<btScalar, 3, 3>::Identity(), PosedShape::Vector::Zero());
+    for (const bool isSwapped : {false, true})
+    {
+        const PosedShape &a = isSwapped ? floor : upper, &b = isSwapped ? upper : floor;
+        // Under the first corner of the small box's lower face.
+        const Eigen::Vector3d corner = upper.support(-Eigen::Vector3d::UnitZ(), -1).point;
+        Touch touch;
+        touch.normal = isSwapped ? Eigen::Vector3d(-Eigen::Vector3d::UnitZ()) : Eigen::Vector3d::UnitZ();
+        touch.distance = 0.01;
+        touch.onB = isSwapped ? Eigen::Vector3d(corner + upper.origin())
+                              : Eigen::Vector3d(corner - 0.01 * touch.normal);
+        const ContactPatch patch = makeContactPatch(a, b, touch, {0.03, btScalar(0.002)});
+        ASSERT_EQ(patch.count, 4);
+        int edges = 0;
+        for (std::size_t i = 0; i < 4; ++i)
+        {
+            for (std::size_t k = 0; k < i; ++k)
+            {
+                const double apart = double(patch.points[i].fromTouch.distance(patch.points[k].fromTouch));
+                const double edge = 0.125, error = std::min(std::abs(apart - edge),
+                                                            std::abs(apart - edge * std::sqrt(2.0)));
+                EXPECT_LT(error, 4 * double(SIMD_EPSILON));
+                edges += std::abs(apart - edge) < 1e-3 ? 1 : 0;
+            }
+        }
+        EXPECT_EQ(edges, 4);
+    }
+}
+
 TEST(ContactPatchPoints, LieOnFaceWithSharpCornerUpToTolerance)
 {
     constexpr std::uint32_t kSeed = 7;
