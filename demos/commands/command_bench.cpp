@@ -238,6 +238,7 @@ void addBenchCommand(CLI::App& program, Action& chosen)
     addBroad(*command, chosen);
     addWorldBench(*command, chosen);
     addMeshBench(*command, chosen);
+    addCompoundBench(*command, chosen);
     addNarrowBench(*command, chosen);
     addCudaBench(*command, chosen);
     addLossBench(*command, chosen);

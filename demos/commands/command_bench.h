@@ -37,6 +37,9 @@ void addWorldBench(CLI::App& bench, Action& chosen);
 /// Adds `bench mesh`.
 void addMeshBench(CLI::App& bench, Action& chosen);
 
+/// Adds `bench compounds`.
+void addCompoundBench(CLI::App& bench, Action& chosen);
+
 /// Adds `bench losses`.
 void addLossBench(CLI::App& bench, Action& chosen);
 
