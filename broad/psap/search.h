@@ -8,17 +8,6 @@
 
 #include <cstdint>
 
-/// The order of the steps, for any executor.
-///
-/// An executor has: Buffer<T> with data() and size(); reserve(buffer, n), which may discard the contents; upload,
-/// download, copy, clear, wait, mark and awaitMark; forEach(n, functor); forEachAppend(n, functor, list);
-/// forEachAppendWarp(n, functor, list); forEachPartition(n, functor, list, list); forEachMultiAppend(n, functor,
-/// lists); forEachCompacted(n, functor, lists); forEachWarp(n, functor, list); forEachBinSlot<sharers>(bins, functor,
-/// list); placeInTiles(functor); searchTiles(functor, list); canSearchTiles(shape); hasSpareLanes; kRunsAtOnce; scan;
-/// scanLargest; sortPairs; sortKeys. Steps run one after the other, except those of onSideStream(body): they run after
-/// all that was launched before the last fork(), and only what follows join(), or a true isSideStreamDone(), runs after
-/// them.
-/// HostExec and CudaExec are executors.
 namespace cullet::psap
 {
 /// The search that the options and the number of boxes choose.

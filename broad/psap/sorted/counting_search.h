@@ -117,7 +117,7 @@ private:
     {
         const std::uint64_t count = m_input.count;
         exec.forEach(count, CountIntoBins{binFinder(), m_places.data(), m_binCounts.data()});
-        exec.scan(m_binCounts.data(), m_binStarts.data(), m_binCapacity + 1);
+        exec.exclusiveSum(m_binCounts.data(), m_binStarts.data(), m_binCapacity + 1);
         exec.forEach(count,
                      ScatterToBins{m_input.boxes, m_planner.plan(), m_places.data(), m_binStarts.data(),
                                    m_binCapacity, m_records.data(), makeCleanup()});
@@ -132,7 +132,7 @@ private:
         exec.sortPairs(m_keys[0].data(), m_keys[1].data(), m_rows[0].data(), m_rows[1].data(), count, bits);
         exec.forEach(count, GatherByBin{m_input.boxes, m_planner.plan(), m_keys[1].data(), m_rows[1].data(),
                                         count, none, m_records.data(), m_binCounts.data(), makeCleanup()});
-        exec.scanLargest(m_binCounts.data(), m_binStarts.data(), m_binCapacity + 1);
+        exec.inclusiveMax(m_binCounts.data(), m_binStarts.data(), m_binCapacity + 1);
     }
 
     template <class Tests, std::uint32_t kSharers, class IsNew>
