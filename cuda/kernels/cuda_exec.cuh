@@ -331,15 +331,6 @@ public:
             { return cub::DeviceScan::ExclusiveSum(scratch, bytes, in, out, n, m_stream); });
     }
 
-    template <class T>
-    void inclusiveMax(const T* in, T* out, std::uint64_t count)
-    {
-        m_scratch.call<LongScan>(
-            *this, count,
-            [&](void* scratch, std::size_t& bytes, auto n)
-            { return cub::DeviceScan::InclusiveScan(scratch, bytes, in, out, Larger{}, n, m_stream); });
-    }
-
     template <class Key>
     void sortPairs(Key* keys, Key* sortedKeys, std::uint32_t* values, std::uint32_t* sortedValues,
                    std::uint64_t count, int bits)

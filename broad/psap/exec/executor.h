@@ -61,7 +61,6 @@
 ///   placeInTiles(step)                 step(i) for each box, or what does the same for a block of boxes
 ///   searchTiles(step, list)            step(tile, memory, emit) for each tile, or what does the same with a block
 ///   exclusiveSum(in, out, n)           DeviceScan
-///   inclusiveMax(in, out, n)           DeviceScan
 ///   sortPairs(...), sortKeys(...)      DeviceRadixSort; stable
 ///
 /// hasSpareLanes(): whether work on few boxes pays to be split. canSearchTiles(shape): whether a tile fits into the

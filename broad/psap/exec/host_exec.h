@@ -291,12 +291,6 @@ public:
         std::exclusive_scan(in, in + count, out, T{0});
     }
 
-    template <class T>
-    void inclusiveMax(const T* in, T* out, std::uint64_t count)
-    {
-        std::partial_sum(in, in + count, out, [](T a, T b) { return std::max(a, b); });
-    }
-
     /// A radix sort of one byte per pass.
     template <class Key>
     void sortPairs(Key* keys, Key* sortedKeys, std::uint32_t* values, std::uint32_t* sortedValues,

@@ -55,7 +55,7 @@ struct SearchTiles
 {
     using Memory = TileMemory;
 
-    PartnerSearch<IsNew, TestAllAxes> partners;  ///< its plan is null
+    PartnerSearch<IsNew> partners;  ///< its plan is null
     const TilePlan* plan;
     BinSet set;
     BinSet other;  ///< cleared for the next update

@@ -50,7 +50,6 @@ public:
     CULLET_FAULTY_CALL(placeInTiles)
     CULLET_FAULTY_CALL(searchTiles)
     CULLET_FAULTY_CALL(exclusiveSum)
-    CULLET_FAULTY_CALL(inclusiveMax)
     CULLET_FAULTY_CALL(sortPairs)
     CULLET_FAULTY_CALL(sortKeys)
 #undef CULLET_FAULTY_CALL
