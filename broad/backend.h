@@ -186,12 +186,9 @@ enum class PsapAxis
 /// How the boxes are sorted. The pairs are the same.
 enum class PsapOrder
 {
-    /// On a GPU bins for small worlds and tiles for larger ones of one size; else counting below some million boxes,
-    /// radix above.
-    Automatic,
-    Counting,  ///< counts and offsets per bin: random accesses, which are cheap as long as caches hold the bins
-    Radix,     ///< a radix sort of the bin numbers
-    Bins,      ///< into bins of fixed capacity, without counting; by counting in updates where a bin is full
+    Automatic,  ///< on a GPU bins for small worlds and tiles for larger ones of one size, else counting
+    Counting,   ///< counts and offsets per bin
+    Bins,       ///< into bins of fixed capacity, without counting; by counting in updates where a bin is full
     Tiles  ///< into blocks of space, each sorted and searched by itself; by counting where a block is full
 };
 

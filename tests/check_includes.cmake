@@ -160,7 +160,7 @@ endfunction()
 set(psap_device "bins|counting_sort|device_boxes|pair_lists|records|scene_statistics")
 set(kernel_device "launch|multi_list_kernels|step_kernels|tile_kernels")
 check_stands("__CUDA_ARCH__" "__CUDA_ARCH__"
-    "broad/host_device[.]h|broad/psap/data/(${psap_device})[.]h|broad/psap/sorted/warp_scratch[.]h|cuda/kernels/(${kernel_device})[.]cuh")
+    "broad/host_device[.]h|broad/psap/data/(${psap_device})[.]h|broad/psap/(sorted/warp_scratch|tiles/tile_sort)[.]h|cuda/kernels/(${kernel_device})[.]cuh")
 set(psap_asm "data/counting_sort|exec/shared_memory|sorted/warp_scratch")
 set(kernel_asm "block_append|launch|tile_kernels|warp_scan")
 set(host_asm "narrow/gjk/gjk_search[.]h|narrow/hull/posed_hull[.]h|plugin/core/dynamic_type[.]h|preload/interpose(_dynamics)?[.]cpp")

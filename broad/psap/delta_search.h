@@ -409,24 +409,14 @@ private:
     {
         m_input.boxes = copyBoxesForRetry(exec);
         m_input.copies = {};
-        const bool hasOverflowed = stagedCounts().added == kOverflowed;
-        if (!hasOverflowed)
-            exec.reserve(m_added[m_current], stagedCounts().added);
+        const std::uint64_t added = stagedCounts().added;
+        if (added < kVoidCount)
+            exec.reserve(m_added[m_current], added);
         exec.clear(&counters()->counts.added, 1);
-        if (hasOverflowed)
+        if (added == kOverflowed)
             m_search.buildByCounting(exec, m_input.boxes);
         else
             m_search.build(exec, m_input);
-        m_search.emit(exec, wasSeparated(), addedList());
-    }
-
-    /// Searches where there is no memory for a neighbour list.
-    void searchWithoutList(Exec& exec)
-    {
-        m_mode = NeighbourMode::Search;
-        m_input.boxes = copyBoxesForRetry(exec);
-        exec.clear(&counters()->counts.added, 1);
-        m_search.build(exec, m_input);
         m_search.emit(exec, wasSeparated(), addedList());
     }
 
@@ -435,7 +425,11 @@ private:
         if (staged().neighbours.pairs <= m_neighbours.room())
             exec.reserve(m_added[m_current], stagedCounts().added);
         else if (!m_neighbours.findAgain(exec, m_search, neighbourCounts(), staged().neighbours.pairs))
-            return searchWithoutList(exec);
+        {
+            // There is no memory for a list.
+            m_mode = NeighbourMode::Search;
+            return retrySearch(exec);
+        }
         exec.clear(&counters()->counts.added, 1);
         classifyNew(exec);
     }

@@ -8,17 +8,6 @@
 
 #include <cstdint>
 
-/// The order of the steps, for any executor.
-///
-/// An executor has: Buffer<T> with data() and size(); reserve(buffer, n), which may discard the contents; upload,
-/// download, copy, clear, wait, mark and awaitMark; forEach(n, functor); forEachAppend(n, functor, list);
-/// forEachAppendWarp(n, functor, list); forEachPartition(n, functor, list, list); forEachMultiAppend(n, functor,
-/// lists); forEachCompacted(n, functor, lists); forEachWarp(n, functor, list); forEachBinSlot<sharers>(bins, functor,
-/// list); placeInTiles(functor); searchTiles(functor, list); canSearchTiles(shape); hasSpareLanes; kRunsAtOnce; scan;
-/// scanLargest; sortPairs; sortKeys. Steps run one after the other, except those of onSideStream(body): they run after
-/// all that was launched before the last fork(), and only what follows join(), or a true isSideStreamDone(), runs after
-/// them.
-/// HostExec and CudaExec are executors.
 namespace cullet::psap
 {
 /// The search that the options and the number of boxes choose.
@@ -55,7 +44,7 @@ public:
         m_input = input;
         m_method = nextMethod(exec, input);
         if (m_method == Method::Tiles && !m_tiles.prepare(exec, input))
-            m_method = Method::Rows;
+            m_method = Method::Counting;
         countUpdate();
         if (m_method != Method::Tiles && input.copies.now != nullptr)
             exec.forEach(input.count, CopyBox{input.boxes, input.copies});
@@ -72,7 +61,7 @@ public:
         // that a new one may fit.
         const bool isWaiting = m_method == Method::Tiles ? m_tiles.recordOverflow() : true;
         m_updatesByCounting = m_order == PsapOrder::Automatic && isWaiting ? kUpdatesByCounting : 0;
-        m_method = Method::Rows;
+        m_method = Method::Counting;
         // Boxes were added or have grown: with the old plan the search may take a thousand times as long.
         m_counting.planner().forget();
         m_counting.build(exec, m_input);
@@ -102,7 +91,7 @@ public:
         if (!isSameMethod(next) || (next == Method::Tiles && !m_tiles.isRepeatable(input)))
             return false;
         return m_method == Method::Tiles ||
-               (m_method == Method::Rows ? m_counting.isRepeatable(input) : m_bins.isRepeatable());
+               (m_method == Method::Counting ? m_counting.isRepeatable(input) : m_bins.isRepeatable());
     }
 
     /// Counts an update that repeated recorded launches instead of calling build().
@@ -118,9 +107,9 @@ public:
     static constexpr unsigned kPhases = 5;
     unsigned nextPhase() const
     {
-        return m_method == Method::Rows   ? 0
-               : m_method == Method::Bins ? 1 + m_bins.nextPhase()
-                                          : 3 + m_tiles.nextPhase();
+        return m_method == Method::Counting ? 0
+               : m_method == Method::Bins   ? 1 + m_bins.nextPhase()
+                                            : 3 + m_tiles.nextPhase();
     }
     /// Changes when the launches of a phase change.
     std::uint32_t launches() const { return m_counting.launches() + m_tiles.launches(); }
@@ -138,9 +127,9 @@ public:
 private:
     enum class Method
     {
-        Rows,
+        Counting,
         Bins,
-        Tiles  ///< or Rows, where no plan exists or none pays
+        Tiles  ///< or Counting, where no plan exists or none pays
     };
 
     /// Calls `body` with the search of this update and returns its result.
@@ -149,7 +138,7 @@ private:
     {
         switch (self.m_method)
         {
-            case Method::Rows:
+            case Method::Counting:
                 return body(self.m_counting);
             case Method::Bins:
                 return body(self.m_bins);
@@ -162,7 +151,7 @@ private:
     template <class Body>
     void forEachPlanner(const Exec& exec, const Body& body)
     {
-        if (m_method == Method::Rows)
+        if (m_method == Method::Counting)
             body(m_counting.planner());
         else if (m_method == Method::Bins)
             body(m_bins.planner());
@@ -183,12 +172,12 @@ private:
         const bool isChosen =
             m_order == PsapOrder::Bins || (m_order == PsapOrder::Automatic && exec.hasSpareLanes() &&
                                            isForBins(input) && m_updatesByCounting == 0);
-        return isChosen && FixedBinSearch<Exec>::canHold(input.count) ? Method::Bins : Method::Rows;
+        return isChosen && FixedBinSearch<Exec>::canHold(input.count) ? Method::Bins : Method::Counting;
     }
 
     bool isSameMethod(Method next) const
     {
-        return m_method == next || (m_method == Method::Rows && next == Method::Tiles);
+        return m_method == next || (m_method == Method::Counting && next == Method::Tiles);
     }
 
     bool isForTiles(const Exec& exec, const SearchInput& input) const
@@ -209,13 +198,13 @@ private:
 
     void countUpdate()
     {
-        if (m_method == Method::Rows && m_updatesByCounting != 0)
+        if (m_method == Method::Counting && m_updatesByCounting != 0)
             --m_updatesByCounting;
     }
 
     PsapOrder m_order;
     SearchInput m_input{};
-    Method m_method = Method::Rows;
+    Method m_method = Method::Counting;
     std::uint32_t m_updatesByCounting = 0;  ///< updates until bins or tiles are tried again
     CountingSearch<Exec> m_counting;
     FixedBinSearch<Exec> m_bins;

@@ -88,7 +88,7 @@ public:
         exec.clear(m_counts.data() + input.count, 1);
         exec.forEach(input.count, CountCells{input.boxes, m_placed, m_plan.data(), m_counts.data(),
                                              m_unbounded.data(), m_unboundedCount.data()});
-        exec.scan(m_counts.data(), m_offsets.data(), input.count + 1);
+        exec.exclusiveSum(m_counts.data(), m_offsets.data(), input.count + 1);
         readEntryCount(exec);
         exec.forEach(input.count, FillEntries{m_placed, m_plan.data(), m_counts.data(), m_offsets.data(),
                                               m_keys[0].data(), m_rows[0].data()});
@@ -173,7 +173,7 @@ private:
         exec.reserve(m_parts, roomForEntries() + 1);
         exec.reserve(m_firstParts, roomForEntries() + 1);
         exec.forEach(m_entryCount + 1, CountParts<EveryPair>{sweepWith(EveryPair{}), m_parts.data()});
-        exec.scan(m_parts.data(), m_firstParts.data(), m_entryCount + 1);
+        exec.exclusiveSum(m_parts.data(), m_firstParts.data(), m_entryCount + 1);
         exec.download(&m_partCount, m_firstParts.data() + m_entryCount, 1);
         exec.wait();
     }

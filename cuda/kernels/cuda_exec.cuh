@@ -27,9 +27,7 @@
 
 namespace cullet::psap
 {
-/// Runs the steps of a pipeline on one CUDA device, on one stream.
-///
-/// Every call is checked and throws ExecutorFailure. Only wait() and uploadAndWait() wait.
+/// The executor of a CUDA device. Every call of CUDA is checked.
 class CudaExec
 {
 public:
@@ -90,7 +88,6 @@ public:
 
     cudaStream_t stream() const { return m_stream; }
 
-    /// Makes room for at least `count` elements. Does not preserve the contents.
     template <class T, class Memory>
     void reserve(ExecutorBuffer<T, Memory>& buffer, std::uint64_t count)
     {
@@ -106,7 +103,6 @@ public:
         buffer.allocate(room, &m_bytes);
     }
 
-    /// As reserve(), but preserves the first `used` elements.
     template <class T>
     void reserveKeeping(DeviceBuffer<T>& buffer, std::uint64_t count, std::uint64_t used)
     {
@@ -119,7 +115,6 @@ public:
         buffer = std::move(larger);
     }
 
-    /// Frees memory that no work launched from now on uses.
     template <class T, class Memory>
     void release(ExecutorBuffer<T, Memory>& buffer)
     {
@@ -139,17 +134,11 @@ public:
         transfer(to, from, count * sizeof(T), cudaMemcpyHostToDevice);
         m_bytesMoved += count * sizeof(T);
     }
-    /// Whether upload() may read that memory directly, and download() write it. Nothing else may change it before the
-    /// next wait().
-    ///
-    /// @param memory [count] from BoxAllocator
     template <class T>
     bool canAccessDirectly(const T* memory, std::uint64_t count) const
     {
         return lockPages(memory, count * sizeof(T));
     }
-    /// Uploads in parts, on a stream of their own. Work launched meanwhile does not wait for them. They do not wait
-    /// for work launched since the last wait(), which must not use that memory.
     template <class T>
     void uploadParts(T* to, const T* from, std::uint64_t count, std::uint64_t part)
     {
@@ -163,15 +152,11 @@ public:
         }
         m_bytesMoved += count * sizeof(T);
     }
-    /// The address at which steps may read locked memory of the CPU until the next wait().
-    ///
-    /// @param count number of elements that one launch reads, for the statistics
     template <class T>
     const T* mapped(const T* memory, std::uint64_t count)
     {
         return mappedForWriting(const_cast<T*>(memory), count);
     }
-    /// The address at which steps may write locked memory of the CPU until the next wait().
     template <class T>
     T* mappedForWriting(T* memory, std::uint64_t count = 1)
     {
@@ -180,9 +165,7 @@ public:
         CULLET_CUDA_TRY(cudaHostGetDevicePointer(&address, memory, 0));
         return static_cast<T*>(address);
     }
-    /// Makes all work launched from now on wait for that part.
     void awaitPart(std::uint64_t part) { m_chunkedUpload.await(m_stream, part); }
-    /// Uploads from any memory of the CPU, which may change as soon as this returns.
     template <class T>
     void uploadAndWait(T* to, const T* from, std::uint64_t count)
     {
@@ -203,8 +186,6 @@ public:
     }
     void wait() { CULLET_CUDA_TRY(cudaStreamSynchronize(m_stream)); }
 
-    /// Runs steps on the side stream: after all that was launched before the last fork(), concurrently with what is
-    /// launched later, possibly for several updates.
     void fork() { m_sideStream.fork(m_stream); }
     template <class Body>
     void onSideStream(const Body& body)
@@ -212,11 +193,9 @@ public:
         const StreamSwitch elsewhere(m_stream, m_sideStream.stream());
         body();
     }
-    /// Makes all work launched from now on wait for the side stream.
     void join() { m_sideStream.join(m_stream); }
     bool isSideStreamDone() const { return m_sideStream.isDone(); }
 
-    /// awaitMark() waits for all that was launched before mark(), and for nothing after it.
     void mark() { m_mark.record(m_stream); }
     void awaitMark() { m_mark.wait(); }
 
@@ -229,11 +208,8 @@ public:
         cudaGetLastError();
     }
 
-    /// Begins a stage, which all later work on the stream belongs to; null: no stage.
     void beginStage(const char* name) { m_stages.begin(name, m_stream); }
-    /// Discards the stages of a failed update.
     void dropStages() noexcept { m_stages.drop(); }
-    /// The stages since the last call; waits for them.
     void collectStages(Array<StageTime>& stages) { m_stages.collect(stages); }
 
     template <class Step>
@@ -339,7 +315,7 @@ public:
     }
 
     template <class T>
-    void scan(const T* in, T* out, std::uint64_t count)
+    void exclusiveSum(const T* in, T* out, std::uint64_t count)
     {
         if (count <= kMostInBlock)
         {
@@ -353,15 +329,6 @@ public:
             *this, count,
             [&](void* scratch, std::size_t& bytes, auto n)
             { return cub::DeviceScan::ExclusiveSum(scratch, bytes, in, out, n, m_stream); });
-    }
-
-    template <class T>
-    void scanLargest(const T* in, T* out, std::uint64_t count)
-    {
-        m_scratch.call<LongScan>(
-            *this, count,
-            [&](void* scratch, std::size_t& bytes, auto n)
-            { return cub::DeviceScan::InclusiveScan(scratch, bytes, in, out, Larger{}, n, m_stream); });
     }
 
     template <class Key>
@@ -379,21 +346,18 @@ public:
                                       });
     }
 
-    void sortKeys(const std::uint64_t* keys, std::uint64_t* sortedKeys, std::uint64_t count, int firstBit,
-                  int endBit)
+    void sortKeys(const std::uint64_t* keys, std::uint64_t* sortedKeys, std::uint64_t count, int bits)
     {
         if (count == 0)
             return;
         m_scratch.call<std::uint64_t>(*this, count,
                                       [&](void* scratch, std::size_t& bytes, auto n) {
-                                          return cub::DeviceRadixSort::SortKeys(scratch, bytes, keys,
-                                                                                sortedKeys, n, firstBit,
-                                                                                endBit, m_stream);
+                                          return cub::DeviceRadixSort::SortKeys(
+                                              scratch, bytes, keys, sortedKeys, n, 0, bits, m_stream);
                                       });
     }
 
     std::uint64_t bytes() const { return m_bytes; }
-    /// Bytes copied between CPU and device since the last call.
     std::uint64_t collectBytesMoved() { return std::exchange(m_bytesMoved, 0); }
     std::uint64_t collectTestCount() { return 0; }  ///< not counted here: it would cost time
 

@@ -229,6 +229,45 @@ __global__ void __launch_bounds__(kThreads, kBlocks) placeInTiles(const PlaceInT
     TilePlacing<kThreads, kPerThread>(step, SharedMemory(tileMemory))();
 }
 
+/// The block that sorts a tile (sortTile()).
+///
+/// @tparam kPerThread most numbers that a thread keeps, in registers
+template <unsigned kThreads, unsigned kPerThread>
+struct TileBlock
+{
+    using Scan = cub::BlockScan<std::uint32_t, kThreads, cub::BLOCK_SCAN_WARP_SCANS>;
+
+    std::uint32_t owned[kPerThread] = {};
+
+    __device__ static std::uint32_t threads() { return kThreads; }
+    __device__ static std::uint32_t thread() { return threadIdx.x; }
+    __device__ static void sync() { __syncthreads(); }
+    __device__ std::uint32_t exclusiveSum(std::uint32_t value)
+    {
+        __shared__ typename Scan::TempStorage scratch;
+        std::uint32_t sum = 0;
+        Scan(scratch).ExclusiveSum(value, sum);
+        return sum;
+    }
+    template <class Body>
+    __device__ void forEach(std::uint32_t count, const Body& body) const
+    {
+        for (std::uint32_t i = threadIdx.x; i < count; i += kThreads)
+            body(i);
+    }
+    template <class Body>
+    __device__ void forEachOwned(std::uint32_t count, const Body& body)
+    {
+#pragma unroll
+        for (unsigned k = 0; k < kPerThread; ++k)
+        {
+            const std::uint32_t i = k * kThreads + threadIdx.x;
+            if (i < count)
+                body(i, owned[k]);
+        }
+    }
+};
+
 /// Searches a tile: sorts its boxes by cell in shared memory, and tests each against the boxes around it there. Pairs
 /// that may overlap are queued by the warp, and tested exactly as soon as there is one for each lane.
 template <class Step, unsigned kThreads, unsigned kPerThread>
@@ -240,19 +279,17 @@ public:
 
     static std::uint32_t sharedBytes(const TileShape& shape)
     {
-        return SharedMemory::bytesOf<std::uint32_t>(words(shape.cells)) +
+        return SharedMemory::bytesOf<std::uint16_t>(2 * SortedTile::twosFor(shape.cells)) +
                SharedMemory::bytesOf<TileBox>(shape.room) + SharedMemory::bytesOf<std::uint16_t>(shape.room) +
                SharedMemory::bytesOf<std::uint32_t>(kWarps * kWordsPerWarp) +
                SharedMemory::bytesOf<RowPair>(kWarps * BallotEmitter<>::kRoom);
     }
 
-    using Scan = cub::BlockScan<std::uint32_t, kThreads, cub::BLOCK_SCAN_WARP_SCANS>;
-
     __device__ TileSearching(const Step& searching, SharedMemory memory)
         : m_step(searching),
-          m_words(memory.allocate<std::uint32_t>(words(searching.shape.cells))),
-          m_boxes(memory.allocate<TileBox>(searching.shape.room)),
-          m_ids(memory.allocate<std::uint16_t>(searching.shape.room)),
+          m_tile{memory.allocate<std::uint16_t>(2 * SortedTile::twosFor(searching.shape.cells)),
+                 memory.allocate<TileBox>(searching.shape.room),
+                 memory.allocate<std::uint16_t>(searching.shape.room)},
           m_ranges(memory.allocate<std::uint32_t>(kWarps * kWordsPerWarp) + threadIdx.x / 32 * kWordsPerWarp),
           m_hits(m_ranges + kRangeWords),
           m_pairs(memory.allocate<RowPair>(kWarps * BallotEmitter<>::kRoom) +
@@ -261,7 +298,7 @@ public:
     {
     }
 
-    __device__ void operator()(const PairList& list, typename Scan::TempStorage& scratch)
+    __device__ void operator()(const PairList& list)
     {
         const std::uint32_t tile = blockIdx.x;
         BallotEmitter<> emit(m_pairs, list);
@@ -269,7 +306,8 @@ public:
             m_step.begin(tile);
         const auto counts = m_step.countsOf(tile);
         const TileFrame frame(*m_step.plan, tile);
-        sort(frame, counts.boxes, scratch);
+        TileBlock<kThreads, kPerThread> block;
+        sortTile(block, frame, m_records, counts.boxes, m_step.shape.cells, m_tile);
         search(frame, counts.boxes, emit);
         if (counts.unboundedCount != 0)
         {
@@ -287,72 +325,7 @@ private:
     static constexpr std::uint32_t kHits = 64;  ///< 31 may remain, and each lane adds one
     static constexpr std::uint32_t kWordsPerWarp = kRangeWords + kHits;
     static constexpr unsigned kAll = 0xffffffffu;
-    static constexpr unsigned kBeginsShift = 13;
-    static_assert(kMostRoom <= 1u << kBeginsShift, "a record's number and where it begins have 16 bits");
-
-    /// Words for the cells, two per word, and one more start.
-    CULLET_HOST_DEVICE static std::uint32_t words(std::uint32_t cells) { return cells / 2 + 1; }
-
-    __device__ const std::uint16_t* starts() const { return reinterpret_cast<const std::uint16_t*>(m_words); }
-
-    __device__ void sort(const TileFrame& frame, std::uint32_t count, typename Scan::TempStorage& scratch)
-    {
-        const std::uint32_t cellWords = words(m_step.shape.cells);
-        for (std::uint32_t k = threadIdx.x; k < cellWords; k += kThreads)
-            m_words[k] = 0;
-        __syncthreads();
-        std::uint32_t ranked[kPerThread];
-#pragma unroll
-        for (unsigned k = 0; k < kPerThread; ++k)
-        {
-            const std::uint32_t i = k * kThreads + threadIdx.x;
-            ranked[k] = i < count ? rank(frame.cellOf(frame.lowCorner(m_records[i]))) : 0;
-        }
-        __syncthreads();
-        scan(cellWords, scratch);
-        __syncthreads();
-#pragma unroll
-        for (unsigned k = 0; k < kPerThread; ++k)
-        {
-            const std::uint32_t i = k * kThreads + threadIdx.x;
-            if (i >= count)
-                continue;
-            const SortRecord record = m_records[i];
-            const std::uint32_t slot = starts()[ranked[k] >> 16] + (ranked[k] & 0xffffu);
-            m_boxes[slot] = {frame.lowCorner(record), frame.highCorner(record)};
-            m_ids[slot] = static_cast<std::uint16_t>(i | TileMark::begins(record.back.bin) << kBeginsShift);
-        }
-        __syncthreads();
-    }
-
-    /// @return the cell, and the number of earlier boxes in it
-    __device__ std::uint32_t rank(std::uint32_t cell)
-    {
-        const bool isOdd = cell % 2 != 0;
-        const std::uint32_t before = atomicAdd(&m_words[cell / 2], isOdd ? 0x10000u : 1u);
-        return cell << 16 | (isOdd ? before >> 16 : before & 0xffffu);
-    }
-
-    /// Exclusive scan of the counts.
-    __device__ void scan(std::uint32_t cellWords, typename Scan::TempStorage& scratch)
-    {
-        // Odd, so that threads access different banks.
-        const std::uint32_t part = (cellWords + kThreads - 1) / kThreads | 1u;
-        const std::uint32_t first = threadIdx.x * part;
-        const std::uint32_t last = first + part < cellWords ? first + part : cellWords;
-        std::uint32_t sum = 0;
-        for (std::uint32_t k = first; k < last; ++k)
-            sum += (m_words[k] & 0xffffu) + (m_words[k] >> 16);
-        std::uint32_t start = 0;
-        Scan(scratch).ExclusiveSum(sum, start);
-        for (std::uint32_t k = first; k < last; ++k)
-        {
-            const std::uint32_t counts = m_words[k];
-            const std::uint32_t odd = start + (counts & 0xffffu);
-            m_words[k] = start | odd << 16;
-            start = odd + (counts >> 16);
-        }
-    }
+    static_assert(kMostRoom <= TileShape::kMostRoom, "the ids of a SortedTile have no room for more");
 
     __device__ void search(const TileFrame& frame, std::uint32_t count, BallotEmitter<>& emit)
     {
@@ -364,8 +337,8 @@ private:
         {
             const std::uint32_t slot = base + lane;
             const bool isBox = slot < count;
-            const TileBox self = m_boxes[isBox ? slot : count - 1];
-            const TileRanges ranges(frame, reach, starts(), self, slot, isBox);
+            const TileBox self = m_tile.boxes[isBox ? slot : count - 1];
+            const TileRanges ranges(frame, reach, m_tile.starts, self, slot, isBox);
             const std::uint32_t* range = m_ranges + lane;
             const std::uint32_t* lastRange = range + 32 * keepFilled(ranges, lane);
             std::uint32_t k = 0;
@@ -381,7 +354,7 @@ private:
                 const bool isTest = k < end;
                 if (!emit.any(isTest))
                     break;
-                keepHit(isTest && self.mayMeet(m_boxes[k]), slot << 16 | k, bufferedCount);
+                keepHit(isTest && self.mayMeet(m_tile.boxes[k]), slot << 16 | k, bufferedCount);
                 if (bufferedCount >= 32)
                 {
                     report(32, entryTest, emit);
@@ -439,13 +412,12 @@ private:
         bool isPair = false;
         if (lane < hits)
         {
-            constexpr std::uint32_t kNumber = (1u << kBeginsShift) - 1;
-            const std::uint32_t a = m_ids[m_hits[lane] >> 16];
-            const std::uint32_t b = m_ids[m_hits[lane] & 0xffffu];
-            if ((a | b) >> kBeginsShift == kBeginsThere)
+            const std::uint32_t a = m_tile.ids[m_hits[lane] >> 16];
+            const std::uint32_t b = m_tile.ids[m_hits[lane] & 0xffffu];
+            if (SortedTile::isHome(a, b))
             {
-                const SortRecord first = m_records[a & kNumber];
-                const SortRecord second = m_records[b & kNumber];
+                const SortRecord first = m_records[SortedTile::recordOf(a)];
+                const SortRecord second = m_records[SortedTile::recordOf(b)];
                 pair = {first.back.row, second.back.row};
                 isPair = m_step.reports(first, second, entryTest);
             }
@@ -455,9 +427,7 @@ private:
     }
 
     const Step& m_step;
-    std::uint32_t* m_words;       ///< counts of the cells, later their first boxes: two per word
-    TileBox* m_boxes;             ///< sorted by cell
-    std::uint16_t* m_ids;         ///< index of each box's record, and axes along which it begins in the tile
+    SortedTile m_tile;
     std::uint32_t* m_ranges;      ///< of the warp: kCount for each lane, 32 apart
     std::uint32_t* m_hits;        ///< of the warp: two slots each
     RowPair* m_pairs;             ///< of the warp
@@ -468,8 +438,6 @@ template <class Step, unsigned kThreads, unsigned kPerThread>
 __global__ void __launch_bounds__(kThreads, 32 * kTileWarps / kThreads)
     searchTiles(const Step step, const PairList list)
 {
-    using Searching = TileSearching<Step, kThreads, kPerThread>;
-    __shared__ typename Searching::Scan::TempStorage scratch;
-    Searching(step, SharedMemory(tileMemory))(list, scratch);
+    TileSearching<Step, kThreads, kPerThread>(step, SharedMemory(tileMemory))(list);
 }
 }  // namespace cullet::psap

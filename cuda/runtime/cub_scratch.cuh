@@ -16,16 +16,6 @@
 
 namespace cullet::psap
 {
-/// Maximum. CUB's own functor changed its name between versions.
-struct Larger
-{
-    template <class T>
-    __device__ T operator()(T a, T b) const
-    {
-        return a < b ? b : a;
-    }
-};
-
 /// Type of the number of elements in a long scan: int before CUB 2.7, of CUDA 12.8.
 using LongScan = std::conditional_t<(CUB_VERSION >= 200700), std::uint64_t, int>;
 

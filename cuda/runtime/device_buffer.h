@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "cullet/broad/psap/exec/buffer.h"
+#include "cullet/broad/psap/exec/executor.h"
 #include "cullet/cuda/runtime/cuda_error.h"
 
 #include <cuda_runtime_api.h>

@@ -36,7 +36,6 @@ VARIANTS = [
     ("... along the principal component", "literal-principal"),
     ("... with bit strings", "literal-bits"),
     ("... with long sweeps split", "literal-split"),
-    ("rows, radix sort", "rows-radix"),
     ("rows, counting", "rows-counting"),
     ("... each box alone", "rows-alone"),
     ("... in groups", "rows-grouped"),
@@ -194,14 +193,14 @@ def orders(results):
     for row in results.orders:
         if row["scene"] != "copy":
             measured.setdefault((row["scene"], int(row["bodies"])), {})[row["variant"]] = float(row["gpu_ms"])
-    names = ["rows-bins", "rows-alone", "rows-grouped", "rows-radix", "rows-tiles"]
+    names = ["rows-bins", "rows-alone", "rows-grouped", "rows-tiles"]
     lines = []
     for (scene, bodies), times in measured.items():
         best = min(names, key=lambda name: times.get(name, float("inf")))
         cells = [f"**{shown(times[name])}**" if name == best else shown(times.get(name)) for name in names]
         size = "1M" if bodies == MILLION else f"{bodies >> 10}k"
         lines.append([f"{scene} {size}", *cells, shown(times["rows"]), f"{times['rows'] / times[best]:.2f}"])
-    return table(["bins", "counting, alone", "counting, grouped", "radix", "tiles", "as chosen", "over the best"], lines)
+    return table(["bins", "counting, alone", "counting, grouped", "tiles", "as chosen", "over the best"], lines)
 
 
 TABLES = {"goals": goals, "variants": variants, "spread": spread, "changes": changes, "updates": updates, "floors": floors,

@@ -254,10 +254,9 @@ const std::map<std::string, std::string>& recordedWork()
     static const std::map<std::string, std::string> recorded = {
         {"PsapRows", "1296503 tests, 84000 entries, a27de6c9c3a0035a"},
         {"PsapRowsCapacityOne", "1417519 tests, 84000 entries, 66b8e4c84ac05a1d"},
-        {"PsapRowsRadix", "1296503 tests, 84000 entries, a27de6c9c3a0035a"},
         {"PsapRowsCounting", "1296503 tests, 84000 entries, a27de6c9c3a0035a"},
         {"PsapRowsGrouped", "428901 tests, 84000 entries, eaf0f2ef17de2cac"},
-        {"PsapRowsGroupedRadixCapacityOne", "466184 tests, 84000 entries, 5ee7a3923373dc1b"},
+        {"PsapRowsGroupedCapacityOne", "466184 tests, 84000 entries, 5ee7a3923373dc1b"},
         {"PsapRowsBins", "1281969 tests, 84000 entries, 981e628c378d2bde"},
         {"PsapRowsBinsCapacityOne", "1301366 tests, 84000 entries, c42cf380ed08c3b1"},
         {"PsapRowsTiles", "1674784 tests, 84000 entries, 5b3813a9504fe702"},

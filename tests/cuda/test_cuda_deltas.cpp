@@ -123,7 +123,7 @@ std::vector<PsapOptions> everyWay()
 {
     std::vector<PsapOptions> ways;
     for (const PsapOrder order :
-         {PsapOrder::Automatic, PsapOrder::Counting, PsapOrder::Radix, PsapOrder::Bins, PsapOrder::Tiles})
+         {PsapOrder::Automatic, PsapOrder::Counting, PsapOrder::Bins, PsapOrder::Tiles})
     {
         ways.push_back(ordered(order));
         ways.push_back(ordered(order, 1));

@@ -96,8 +96,7 @@ inline SearchOptions chosenSearch(OptionBits bits, bool isThesis)
         options.splitWork = bits.flag() && !options.isShifted;
         return options;
     }
-    options.order = bits.of(
-        {PsapOrder::Automatic, PsapOrder::Counting, PsapOrder::Radix, PsapOrder::Bins, PsapOrder::Tiles});
+    options.order = bits.of({PsapOrder::Automatic, PsapOrder::Counting, PsapOrder::Bins, PsapOrder::Tiles});
     options.rowSearch = bits.of({PsapRowSearch::Automatic, PsapRowSearch::Alone, PsapRowSearch::Grouped});
     options.updatesPerPlan = bits.of({0u, 1u});
     options.cellScale = bits.of({0.0f, 0.3f, 20.0f, 0.05f});

@@ -97,7 +97,7 @@ struct SearchFixedBins
 {
     static constexpr std::uint32_t kMostRoom = kBinRoom;
 
-    PartnerSearch<IsNew, TestAllAxes> partners;
+    PartnerSearch<IsNew> partners;
     BinSet set;
     BinSet other;  ///< cleared for the next update
     std::uint32_t room;
@@ -248,7 +248,7 @@ private:
         if constexpr (kKeepsRows)
             emit.appendKept(self.back.row);
         else
-            partners.report(self, entryTest, emit);
+            partners.template report<false>(self, entryTest, emit);
     }
 
     /// The records of two bins, from a place on.

@@ -71,13 +71,6 @@ struct SortCleanup
         if (pairCount != nullptr)
             *pairCount = 0;
     }
-
-    /// Stores the totals. Called by one index, not necessarily the one that calls operator().
-    CULLET_HOST_DEVICE void setRecords(std::uint32_t count, std::uint32_t levels) const
-    {
-        totals->records = count;
-        totals->levels = levels;
-    }
 };
 
 /// Finds the bin of a box.
@@ -285,67 +278,8 @@ private:
         std::uint32_t levels = 0;
         while (levels < plan->levelCount && binStarts[plan->levels[levels].firstBin] < count)
             ++levels;
-        cleanup.setRecords(count, levels);
-    }
-};
-
-/// Step 1 with a radix sort: writes the bin of box i as its key.
-struct FillBinKeys
-{
-    BinFinder bins;
-    std::uint32_t none;   ///< larger than any bin
-    std::uint32_t* keys;  ///< [boxes, out]
-    std::uint32_t* rows;  ///< [boxes, out]
-
-    CULLET_HOST_DEVICE void operator()(std::uint64_t i) const
-    {
-        const std::uint32_t bin = bins.findBin(i);
-        keys[i] = bin == kNoBin ? none : bin;
-        rows[i] = static_cast<std::uint32_t>(i);
-    }
-};
-
-/// Step 3 with a radix sort: writes record i, and where its bin ends if it is the last one there.
-struct GatherByBin
-{
-    const Aabb* boxes;
-    const LevelPlan* plan;
-    const std::uint32_t* keys;  ///< [count] sorted keys
-    const std::uint32_t* rows;
-    std::uint64_t count;
-    std::uint32_t none;
-    SortRecord* records;  ///< [count, out]
-    std::uint32_t* ends;  ///< [bins + 1] 0 before; the end of bin b is at b + 1
-    SortCleanup cleanup;
-
-    CULLET_HOST_DEVICE void operator()(std::uint64_t i) const
-    {
-        const std::uint32_t bin = keys[i];
-        storeRecord(records, bin == none ? kNoPlace : static_cast<std::uint32_t>(i),
-                    recordOf(loadBox(boxes, rows[i]), plan->axes, rows[i], bin));
-        if (i == 0)
-        {
-            cleanup();
-            if (bin == none)
-                cleanup.setRecords(0, 0);
-        }
-        if (bin == none)
-            return;
-        const std::uint32_t next = i + 1 == count ? none : keys[i + 1];
-        if (next == bin)
-            return;
-        ends[bin + 1] = static_cast<std::uint32_t>(i) + 1;
-        if (next == none)
-            cleanup.setRecords(static_cast<std::uint32_t>(i) + 1, levelsUpTo(bin));
-    }
-
-private:
-    CULLET_HOST_DEVICE std::uint32_t levelsUpTo(std::uint32_t bin) const
-    {
-        std::uint32_t levels = 0;
-        while (levels < plan->levelCount && plan->levels[levels].firstBin <= bin)
-            ++levels;
-        return levels;
+        cleanup.totals->records = count;
+        cleanup.totals->levels = levels;
     }
 };
 }  // namespace cullet::psap

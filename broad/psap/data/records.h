@@ -75,32 +75,8 @@ CULLET_HOST_DEVICE inline bool meets(const SortRecord& a, const SortRecord& b)
     return (int{meets(a.front, b.front)} & int{meets(a.back, b.back)}) != 0;
 }
 
-/// How a search tests records: isCandidate() for each record of a range, isPair() for the candidates that it kept.
-struct TestAllAxes
-{
-    CULLET_HOST_DEVICE static bool isCandidate(const SortRecord& a, const SortRecord& b)
-    {
-        return meets(a, b);
-    }
-    CULLET_HOST_DEVICE static bool isPair(const SortRecord&, const SortRecord&) { return true; }
-};
-/// Tests the third axis only for records that overlap along two, which halves what is loaded of the others.
-struct TestThirdAxisLater
-{
-    CULLET_HOST_DEVICE static bool isCandidate(const SortRecord& a, const SortRecord& b)
-    {
-        return meets(a.front, b.front);
-    }
-    CULLET_HOST_DEVICE static bool isPair(const SortRecord& a, const SortRecord& b)
-    {
-        return meets(a.back, b.back);
-    }
-};
-
 /// The search for the partners of a box, shared by all searches with records.
-///
-/// @tparam Tests TestAllAxes or TestThirdAxisLater
-template <class IsNew, class Tests>
+template <class IsNew>
 struct PartnerSearch
 {
     const SortRecord* records;  ///< the array has one more record, which is loaded but not used
@@ -185,12 +161,14 @@ struct PartnerSearch
                 emit.keep(first + lowestBit(hits));
             if (!emit.any(hits != 0))
                 return;
-            report(self, entryTest, emit);
+            report<true>(self, entryTest, emit);
         }
     }
 
     /// Appends the kept candidates that are pairs and enter.
-    template <class Test, class Emit>
+    ///
+    /// @tparam kTestsThirdAxis scan() has kept them; otherwise they overlap along all axes
+    template <bool kTestsThirdAxis, class Test, class Emit>
     CULLET_HOST_DEVICE void report(const SortRecord& self, const Test& entryTest, Emit& emit) const
     {
         for (std::uint32_t k = 0; emit.any(k < emit.keptCount()); ++k)
@@ -201,8 +179,8 @@ struct PartnerSearch
             {
                 const SortRecord& other = records[emit.kept(k)];
                 pair.b = other.back.row;
-                isEntering =
-                    Tests::isPair(self, other) && entryTest(pair, [&] { return overlapOf(self, other); });
+                isEntering = (!kTestsThirdAxis || meets(self.back, other.back)) &&
+                             entryTest(pair, [&] { return overlapOf(self, other); });
             }
             emit.append(isEntering, pair);
         }
@@ -229,7 +207,8 @@ private:
         return count < most ? count : most;
     }
 
-    /// Bit k: record k of the others is a candidate.
+    /// Bit k: record k of the others overlaps along two axes. The third one is tested later, which halves what is
+    /// loaded of the others.
     CULLET_HOST_DEVICE static std::uint32_t hitsAmong(const SortRecord& self, const SortRecord* others,
                                                       std::uint32_t count)
     {
@@ -240,8 +219,8 @@ private:
 #pragma unroll 1
 #endif
         for (std::uint32_t k = 0; k < count; k += 2)
-            hits |= (Tests::isCandidate(self, others[k]) ? 1u : 0u) << k |
-                    (Tests::isCandidate(self, others[k + 1]) ? 2u : 0u) << k;
+            hits |= (meets(self.front, others[k].front) ? 1u : 0u) << k |
+                    (meets(self.front, others[k + 1].front) ? 2u : 0u) << k;
         return count < 32 ? hits & ((1u << count) - 1u) : hits;
     }
 };
@@ -273,10 +252,10 @@ struct SortedBins
 ///
 /// The lanes of a warp advance from cell to cell together, and append together. Several consecutive indices may share
 /// a record, each searching some of the cells: this is more work in total, but faster where a GPU has idle lanes.
-template <class IsNew, class Tests, std::uint32_t kSharers>
+template <class IsNew, std::uint32_t kSharers>
 struct SearchSorted
 {
-    PartnerSearch<IsNew, Tests> partners;
+    PartnerSearch<IsNew> partners;
     SortedBins order;
 
     /// @param index   one of kSharers indices for each box
@@ -315,7 +294,7 @@ private:
             cells.count = isSearched ? cells.count : 0;
             search(self, level, cells, share, isOwn ? i + 1 : 0, entryTest, emit);
         }
-        partners.report(self, entryTest, emit);
+        partners.template report<true>(self, entryTest, emit);
     }
 
     /// Tests the record against the records of every kSharers-th cell, starting with cell `share`.

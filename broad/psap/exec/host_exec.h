@@ -5,7 +5,7 @@
 #include "cullet/base/threads/parallel_loops.h"
 #include "cullet/broad/backend.h"
 #include "cullet/broad/psap/data/pair_lists.h"
-#include "cullet/broad/psap/exec/buffer.h"
+#include "cullet/broad/psap/exec/executor.h"
 #include "cullet/broad/psap/exec/host_emitters.h"
 
 #include <algorithm>
@@ -36,7 +36,7 @@ struct HostMemory
 template <class T>
 using HostBuffer = ExecutorBuffer<T, HostMemory>;
 
-/// Runs the steps of a pipeline on the CPU: index by index, in shuffled order, or on threads.
+/// The executor of the CPU: runs steps index by index, in shuffled order, or on threads.
 ///
 /// It does not imitate warps, whose lanes advance together, nor memory that is separate from the CPU's.
 class HostExec
@@ -47,10 +47,8 @@ public:
     template <class T>
     using Staging = HostBuffer<T>;
 
-    /// A step has run when its call returns, so that what it counted can be read.
     static constexpr bool kRunsAtOnce = true;
 
-    /// Lives during an update. The executor of a GPU makes its device the current one.
     struct DeviceGuard
     {
         explicit DeviceGuard(const HostExec&) {}
@@ -64,7 +62,6 @@ public:
     {
     }
 
-    /// Makes room for at least `count` elements. Does not preserve the contents.
     template <class T>
     void reserve(HostBuffer<T>& buffer, std::uint64_t count)
     {
@@ -73,7 +70,6 @@ public:
         buffer.allocate(count, &m_bytes);
     }
 
-    /// As reserve(), but preserves the first `used` elements.
     template <class T>
     void reserveKeeping(HostBuffer<T>& buffer, std::uint64_t count, std::uint64_t used)
     {
@@ -85,7 +81,6 @@ public:
         buffer = std::move(larger);
     }
 
-    /// Frees memory that no step uses any more.
     template <class T>
     void release(HostBuffer<T>& buffer)
     {
@@ -103,30 +98,22 @@ public:
     {
         copy(to, from, count);
     }
-    /// Whether upload() may read that memory directly, and download() write it. Nothing else may change it before the
-    /// next wait().
     template <class T>
     bool canAccessDirectly(const T*, std::uint64_t) const
     {
         return true;
     }
-    /// Uploads in parts. Part k may be used after awaitPart(k), before the later parts have arrived.
-    ///
-    /// @pre nothing that was launched since the last wait() uses that memory
     template <class T>
     void uploadParts(T* to, const T* from, std::uint64_t count, std::uint64_t /*part*/)
     {
         copy(to, from, count);
     }
     void awaitPart(std::uint64_t) {}
-    /// The address at which steps may read that memory until the next wait(). For memory for which
-    /// canAccessDirectly() is true, and for Staging.
     template <class T>
     const T* mapped(const T* memory, std::uint64_t /*count*/) const
     {
         return memory;
     }
-    /// The address at which steps may write that memory until the next wait().
     template <class T>
     T* mappedForWriting(T* memory, std::uint64_t /*count*/ = 1) const
     {
@@ -148,12 +135,9 @@ public:
         std::memset(static_cast<void*>(what), 0, count * sizeof(T));
     }
     void wait() {}
-    /// awaitMark() waits for all that was launched before mark(), and for nothing after it.
     void mark() {}
     void awaitMark() {}
 
-    /// Runs steps on the side stream: after all that was launched before the last fork(), concurrently with what
-    /// follows, until join().
     void fork() {}
     template <class Body>
     void onSideStream(const Body& body)
@@ -163,7 +147,6 @@ public:
     void join() {}
     bool isSideStreamDone() const { return true; }
 
-    /// Waits for the work of a failed update.
     void drain() {}
 
     /// Begins a stage, which all later work belongs to; null: no stage.
@@ -190,64 +173,49 @@ public:
         m_stages.clear();
     }
 
-    /// Calls step(i) for i in [0, count).
     template <class Step>
     void forEach(std::uint64_t count, const Step& step)
     {
         forEachFrom(0, count, step);
     }
 
-    /// Calls step(i) for i in [begin, end).
     template <class Step>
     void forEachFrom(std::uint64_t begin, std::uint64_t end, const Step& step)
     {
         run(begin, end, [&step] { return [&step](std::uint64_t i) { step(i); }; });
     }
 
-    /// Calls step(i, emit) for i in [0, count); emit.push(pair) appends to the list.
     template <class Step>
     void forEachAppend(std::uint64_t count, const Step& step, const PairList& list)
     {
-        run(0, count,
-            [&] {
-                return [&step, emit = HostEmitter{list, &m_tests, 0}](std::uint64_t i) mutable
-                { step(i, emit); };
-            });
+        runEmitting(count, emitterOf(list), step);
     }
 
-    /// Calls step(i, true, emit) for i in [0, count). On a GPU the lanes of a warp call it together, with false for
-    /// lanes without an index. All of them must call emit.any(), which combines their arguments, and emit.append()
-    /// together. emit.keep(record) stores a number in the buffer of the index, unless emit.isFull(); emit.dropKept()
-    /// empties that buffer.
     template <class Step>
     void forEachAppendWarp(std::uint64_t count, const Step& step, const PairList& list)
     {
-        run(0, count,
-            [&] {
-                return [&step, emit = HostEmitter{list, &m_tests, 0}](std::uint64_t i) mutable
-                { step(i, true, emit); };
-            });
+        runEmitting(count, emitterOf(list),
+                    [&step](std::uint64_t i, HostEmitter& emit) { step(i, true, emit); });
     }
 
-    /// Calls step(step.read(i), first, second) for i in [0, count); `first` and `second` each append to a list, as
-    /// emit of forEachAppendWarp() does. For short steps: a lane of a GPU processes several indices, and loads the
-    /// next item while it processes one.
+    template <class Step>
+    void forEachWarp(std::uint64_t count, const Step& step, const PairList& list)
+    {
+        using Emitter = HostWarpEmitter<typename Step::Scratch>;
+        runEmitting(count, Emitter(emitterOf(list)),
+                    [&step](std::uint64_t i, Emitter& emit) { step(i, true, emit); });
+    }
+
     template <class Step>
     void forEachPartition(std::uint64_t count, const Step& step, const DepthList& first,
                           const PairList& second)
     {
-        run(0, count,
-            [&]
-            {
-                return [&step, toFirst = HostDepthEmitter{first},
-                        toSecond = HostEmitter{second, &m_tests, 0}](std::uint64_t i) mutable
-                { step(step.read(i), toFirst, toSecond); };
-            });
+        HostDepthEmitter toFirst{first};
+        runEmitting(count, emitterOf(second),
+                    [&step, &toFirst](std::uint64_t i, HostEmitter& toSecond)
+                    { step(step.read(i), toFirst, toSecond); });
     }
 
-    /// For i in [0, count) reads an item with step.read(i), calls step(item), which returns a verdict with a pair and
-    /// the lists that it goes to, and calls step.keep(i, item, verdict). Separate calls, so that a GPU loads what
-    /// several items need at once.
     template <class Step, std::uint32_t kLists>
     void forEachMultiAppend(std::uint64_t count, const Step& step, const PairLists<kLists>& lists)
     {
@@ -261,9 +229,6 @@ public:
                 });
     }
 
-    /// For i in [0, count) reads an item with step.read(i). Unless step.isUndecided(item), calls step.keep(i, item).
-    /// For the others step.classify(step.undecided(i, item)) returns a pair and the lists that it goes to. Separate
-    /// calls, so that a GPU can compact the few undecided items, which need more time.
     template <class Step, std::uint32_t kLists>
     void forEachCompacted(std::uint64_t count, const Step& step, const PairLists<kLists>& lists)
     {
@@ -278,53 +243,27 @@ public:
                 });
     }
 
-    /// As forEachAppendWarp(), for a step whose indices cooperate: on a GPU the lanes of a warp, here each index
-    /// alone. They share emit.scratch(), a Step::Scratch, between two calls of emit.sync(). All lanes must call the
-    /// functions of emit together: ballot() returns the lanes whose argument is true, from() the value of another
-    /// lane, sum() and least() combine the values of all lanes, and appendEach() appends a pair for each bit that is
-    /// set.
-    template <class Step>
-    void forEachWarp(std::uint64_t count, const Step& step, const PairList& list)
-    {
-        run(0, count,
-            [&]
-            {
-                return [&step, emit = HostWarpEmitter<typename Step::Scratch>(HostEmitter{
-                                   list, &m_tests, 0})](std::uint64_t i) mutable { step(i, true, emit); };
-            });
-    }
-
-    /// For each bin in [0, bins) calls step.clear(bin), step.begin(bin, emit), then step(bin, slot, share, true,
-    /// emit) for each of its step.countOf(bin) slots and each of kSharers shares. On a GPU a block distributes the
-    /// slots of its bins over its lanes, which work together as in forEachAppendWarp(); clear() may run before the
-    /// previous launch is complete.
     template <std::uint32_t kSharers, class Step>
     void forEachBinSlot(std::uint64_t bins, const Step& step, const PairList& list)
     {
-        run(0, bins,
-            [&]
-            {
-                return [&step, emit = HostEmitter{list, &m_tests, 0}](std::uint64_t index) mutable
-                {
-                    const auto bin = static_cast<std::uint32_t>(index);
-                    step.clear(bin);
-                    step.begin(bin, emit);
-                    const std::uint32_t count = step.countOf(bin);
-                    for (std::uint32_t k = 0; k < count * kSharers; ++k)
-                        step(bin, k / kSharers, k % kSharers, true, emit);
-                };
-            });
+        runEmitting(bins, emitterOf(list),
+                    [&step](std::uint64_t index, HostEmitter& emit)
+                    {
+                        const auto bin = static_cast<std::uint32_t>(index);
+                        step.clear(bin);
+                        step.begin(bin, emit);
+                        const std::uint32_t count = step.countOf(bin);
+                        for (std::uint32_t k = 0; k < count * kSharers; ++k)
+                            step(bin, k / kSharers, k % kSharers, true, emit);
+                    });
     }
 
-    /// Calls step(i) for each box. On a GPU a block processes some thousand boxes and claims their places with one
-    /// atomic per tile.
     template <class Step>
     void placeInTiles(const Step& step)
     {
         forEach(step.count, step);
     }
 
-    /// Calls step(tile, memory, emit) for each tile. On a GPU a block of threads does the work of that call.
     template <class Step>
     void searchTiles(const Step& step, const PairList& list)
     {
@@ -337,32 +276,22 @@ public:
             });
     }
 
-    /// Whether a tile fits into the memory in which it is sorted.
     template <class Shape>
     bool canSearchTiles(const Shape&) const
     {
         return true;
     }
 
-    /// Whether splitting work on few boxes into smaller pieces pays. It does not pay on a CPU, but the shuffled order
-    /// tests the split.
+    /// Split work does not pay on a CPU, but the shuffled order tests the split.
     bool hasSpareLanes() const { return m_order == PsapExecutor::Shuffled; }
 
-    /// out[i] = sum of in[0 .. i-1].
     template <class T>
-    void scan(const T* in, T* out, std::uint64_t count)
+    void exclusiveSum(const T* in, T* out, std::uint64_t count)
     {
         std::exclusive_scan(in, in + count, out, T{0});
     }
 
-    /// out[i] = largest of in[0 .. i].
-    template <class T>
-    void scanLargest(const T* in, T* out, std::uint64_t count)
-    {
-        std::partial_sum(in, in + count, out, [](T a, T b) { return std::max(a, b); });
-    }
-
-    /// Sorts by key, stable: a radix sort of one byte per pass.
+    /// A radix sort of one byte per pass.
     template <class Key>
     void sortPairs(Key* keys, Key* sortedKeys, std::uint32_t* values, std::uint32_t* sortedValues,
                    std::uint64_t count, int bits)
@@ -388,14 +317,10 @@ public:
         }
     }
 
-    /// Sorts by the bits from `firstBit` up to `endBit`; higher bits are 0.
-    void sortKeys(const std::uint64_t* keys, std::uint64_t* sortedKeys, std::uint64_t count, int firstBit,
-                  int /*endBit*/)
+    void sortKeys(const std::uint64_t* keys, std::uint64_t* sortedKeys, std::uint64_t count, int /*bits*/)
     {
         std::copy(keys, keys + count, sortedKeys);
-        std::stable_sort(sortedKeys, sortedKeys + count,
-                         [firstBit](std::uint64_t a, std::uint64_t b)
-                         { return a >> firstBit < b >> firstBit; });
+        std::sort(sortedKeys, sortedKeys + count);
     }
 
     std::uint64_t bytes() const { return m_bytes; }
@@ -428,6 +353,15 @@ private:
                           for (std::uint64_t i = begin + count * task / tasks; i < last; ++i)
                               body(i);
                       });
+    }
+
+    HostEmitter emitterOf(const PairList& list) { return {list, &m_tests, 0}; }
+
+    /// Calls body(i, emit) for each index, with a copy of the emitter for each task.
+    template <class Emitter, class Body>
+    void runEmitting(std::uint64_t count, const Emitter& emitter, const Body& body)
+    {
+        run(0, count, [&] { return [&body, emit = emitter](std::uint64_t i) mutable { body(i, emit); }; });
     }
 
     /// The indices from `begin` up to `end` in an order that depends on the seed and on the calls before. Tests shuffle

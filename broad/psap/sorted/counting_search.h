@@ -6,7 +6,6 @@
 #include "cullet/broad/psap/sorted/level_planner.h"
 #include "cullet/broad/psap/sorted/warp_search.h"
 
-#include <algorithm>
 #include <cstdint>
 
 namespace cullet::psap
@@ -17,7 +16,7 @@ class CountingSearch
 {
 public:
     CountingSearch(const PsapOptions& options, PsapAxis axis)
-        : m_options(options), m_planner(options, axis, 0)
+        : m_rowSearch(options.rowSearch), m_planner(options, axis, 0)
     {
     }
 
@@ -37,7 +36,7 @@ public:
             clearPairCount(exec, input);
         }
         m_isClear = false;
-        isRadix() ? sortByRadix(exec) : sortByCounting(exec);
+        sort(exec);
     }
 
     /// @param isNew EveryPair, or another entry test
@@ -45,14 +44,11 @@ public:
     void emit(Exec& exec, const IsNew& isNew, const PairList& pairs)
     {
         if (m_isWarpSearch)
-            exec.forEachWarp(m_input.count, SearchByWarp<IsNew>{partners<TestAllAxes>(isNew), sortedBins()},
-                             pairs);
+            exec.forEachWarp(m_input.count, SearchByWarp<IsNew>{partners(isNew), sortedBins()}, pairs);
         else if (exec.hasSpareLanes() && m_input.count <= kBoxesWithSharers)
-            emitSharing<TestThirdAxisLater, 4>(exec, isNew, pairs);
-        else if (isRadix())
-            emitSharing<TestAllAxes, 1>(exec, isNew, pairs);
+            emitSharing<4>(exec, isNew, pairs);
         else
-            emitSharing<TestThirdAxisLater, 1>(exec, isNew, pairs);
+            emitSharing<1>(exec, isNew, pairs);
         m_isClear = m_input.count != 0;
     }
 
@@ -81,23 +77,15 @@ private:
     // to 5 % at 1.
     static constexpr std::uint64_t kPairsForWarps = 4;
     static constexpr std::uint64_t kLeastPairsForWarps = 3;
-    static constexpr std::uint64_t kBoxesForRadix = 6u << 20;
-    static constexpr std::uint64_t kMostBinsOfThreePasses = (1u << 24) - 1;
     // Up to so many boxes a GPU has idle lanes.
     static constexpr std::uint64_t kBoxesWithSharers = 1u << 15;
-
-    bool isRadix() const
-    {
-        return m_options.order == PsapOrder::Radix ||
-               (m_options.order == PsapOrder::Automatic && m_input.count >= kBoxesForRadix);
-    }
 
     /// Whether the records of a warp search together: with many levels, or with many pairs everywhere. Otherwise a
     /// box alone visits fewer records, above all where small boxes are much denser than the plan assumes.
     bool isWarpSearchNext(const SearchInput& input) const
     {
-        if (m_options.rowSearch != PsapRowSearch::Automatic)
-            return m_options.rowSearch == PsapRowSearch::Grouped;
+        if (m_rowSearch != PsapRowSearch::Automatic)
+            return m_rowSearch == PsapRowSearch::Grouped;
         constexpr std::uint32_t kLevelsForWarps = 4;  // the last one is the overflow level
         const PlanSummary summary = m_planner.summary();
         const std::uint64_t pairs = m_isWarpSearch ? kLeastPairsForWarps : kPairsForWarps;
@@ -113,38 +101,25 @@ private:
         m_binCapacity = 0;
     }
 
-    void sortByCounting(Exec& exec)
+    void sort(Exec& exec)
     {
         const std::uint64_t count = m_input.count;
         exec.forEach(count, CountIntoBins{binFinder(), m_places.data(), m_binCounts.data()});
-        exec.scan(m_binCounts.data(), m_binStarts.data(), m_binCapacity + 1);
+        exec.exclusiveSum(m_binCounts.data(), m_binStarts.data(), m_binCapacity + 1);
         exec.forEach(count,
                      ScatterToBins{m_input.boxes, m_planner.plan(), m_places.data(), m_binStarts.data(),
                                    m_binCapacity, m_records.data(), makeCleanup()});
     }
 
-    void sortByRadix(Exec& exec)
-    {
-        const std::uint64_t count = m_input.count;
-        const std::uint32_t none = static_cast<std::uint32_t>(m_binCapacity);
-        exec.forEach(count, FillBinKeys{binFinder(), none, m_keys[0].data(), m_rows[0].data()});
-        const int bits = static_cast<int>(std::max(bitWidthOf(none), 1u));
-        exec.sortPairs(m_keys[0].data(), m_keys[1].data(), m_rows[0].data(), m_rows[1].data(), count, bits);
-        exec.forEach(count, GatherByBin{m_input.boxes, m_planner.plan(), m_keys[1].data(), m_rows[1].data(),
-                                        count, none, m_records.data(), m_binCounts.data(), makeCleanup()});
-        exec.scanLargest(m_binCounts.data(), m_binStarts.data(), m_binCapacity + 1);
-    }
-
-    template <class Tests, std::uint32_t kSharers, class IsNew>
+    template <std::uint32_t kSharers, class IsNew>
     void emitSharing(Exec& exec, const IsNew& isNew, const PairList& pairs)
     {
         exec.forEachAppendWarp(kSharers * m_input.count,
-                               SearchSorted<IsNew, Tests, kSharers>{partners<Tests>(isNew), sortedBins()},
-                               pairs);
+                               SearchSorted<IsNew, kSharers>{partners(isNew), sortedBins()}, pairs);
     }
 
-    template <class Tests, class IsNew>
-    PartnerSearch<IsNew, Tests> partners(const IsNew& isNew) const
+    template <class IsNew>
+    PartnerSearch<IsNew> partners(const IsNew& isNew) const
     {
         return {m_records.data(), m_planner.plan(), m_input.boxes, m_unbounded.data(), isNew};
     }
@@ -167,21 +142,12 @@ private:
             exec.reserve(m_records, count + 1);
             exec.clear(m_records.data(), m_records.size());  // the record past the last is loaded, not used
         }
-        if (!isRadix())
-            exec.reserve(m_places, count);
-        for (int side = 0; side < 2 && isRadix(); ++side)
-        {
-            exec.reserve(m_keys[side], count);
-            exec.reserve(m_rows[side], count);
-        }
+        exec.reserve(m_places, count);
         if (count > m_plannedCount + m_plannedCount / 4 || 2 * count < m_plannedCount)
             m_binCapacity = 0;
         if (m_binCapacity == 0)
         {
             m_binCapacity = binCapacityFor(count, m_isWarpSearch ? kBinsPerBoxForWarps : kBinsPerBox);
-            // A fourth pass for a few more bins does not pay.
-            if (isRadix() && count < 5 * kMostBinsOfThreePasses / 4)
-                m_binCapacity = std::min(m_binCapacity, kMostBinsOfThreePasses);
             m_plannedCount = count;
             ++m_launches;
             m_planner.forget();
@@ -192,7 +158,7 @@ private:
         exec.reserve(m_binStarts, m_binCapacity + 1);
     }
 
-    PsapOptions m_options;
+    PsapRowSearch m_rowSearch;
     SearchInput m_input{};
     std::uint64_t m_binCapacity = 0;
     std::uint64_t m_plannedCount = 0;
@@ -200,7 +166,6 @@ private:
     bool m_isWarpSearch = false;
     std::uint32_t m_launches = 0;  ///< version of the launches
     Buffer<BinRank> m_places;
-    Buffer<std::uint32_t> m_keys[2], m_rows[2];  ///< for the radix sort: unsorted and sorted
     Buffer<std::uint32_t> m_binCounts, m_binStarts;
     Buffer<SortRecord> m_records;
     Buffer<std::uint32_t> m_unbounded;

@@ -24,7 +24,7 @@ struct SearchByWarp
 {
     using Scratch = WarpScratch;
 
-    PartnerSearch<IsNew, TestAllAxes> partners;
+    PartnerSearch<IsNew> partners;
     SortedBins order;
 
     /// @param isIndex false for a lane that only fills up the warp

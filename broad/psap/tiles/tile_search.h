@@ -4,24 +4,49 @@
 
 #include "cullet/broad/psap/data/bin_double_buffer.h"
 #include "cullet/broad/psap/tiles/tile_planner.h"
+#include "cullet/broad/psap/tiles/tile_sort.h"
 
-#include <algorithm>
 #include <cstdint>
 #include <vector>
 
 namespace cullet::psap
 {
-/// The memory in which a tile is sorted on the CPU.
-struct TileMemory
+/// The block of one thread that sorts a tile on the CPU, and its memory.
+class TileMemory
 {
+public:
     explicit TileMemory(const TileShape& shape)
-        : starts(shape.cells + 2), boxes(shape.room), records(shape.room)
+        : m_starts(2 * SortedTile::twosFor(shape.cells)),
+          m_boxes(shape.room),
+          m_ids(shape.room),
+          m_owned(shape.room)
     {
     }
 
-    std::vector<std::uint32_t> starts;
-    std::vector<TileBox> boxes;
-    std::vector<std::uint32_t> records;  ///< records of the tile, in the order of `boxes`
+    SortedTile tile() { return {m_starts.data(), m_boxes.data(), m_ids.data()}; }
+
+    std::uint32_t threads() const { return 1; }
+    std::uint32_t thread() const { return 0; }
+    void sync() const {}
+    std::uint32_t exclusiveSum(std::uint32_t) const { return 0; }
+    template <class Body>
+    void forEach(std::uint32_t count, const Body& body) const
+    {
+        for (std::uint32_t i = 0; i < count; ++i)
+            body(i);
+    }
+    template <class Body>
+    void forEachOwned(std::uint32_t count, const Body& body)
+    {
+        for (std::uint32_t i = 0; i < count; ++i)
+            body(i, m_owned[i]);
+    }
+
+private:
+    std::vector<std::uint16_t> m_starts;
+    std::vector<TileBox> m_boxes;
+    std::vector<std::uint16_t> m_ids;
+    std::vector<std::uint32_t> m_owned;
 };
 
 /// Step 2: finds the pairs that a tile reports, and the unbounded partners of its boxes.
@@ -30,7 +55,7 @@ struct SearchTiles
 {
     using Memory = TileMemory;
 
-    PartnerSearch<IsNew, TestAllAxes> partners;  ///< its plan is null
+    PartnerSearch<IsNew> partners;  ///< its plan is null
     const TilePlan* plan;
     BinSet set;
     BinSet other;  ///< cleared for the next update
@@ -66,13 +91,13 @@ struct SearchTiles
         return partners.records + std::uint64_t{tile} * shape.room;
     }
 
-    /// Whether this tile reports the pair.
+    /// Whether this tile reports the pair, if it isHome() for it.
     ///
     /// @param a, b the records that the tile has of both boxes
     template <class Test>
     CULLET_HOST_DEVICE bool reports(const SortRecord& a, const SortRecord& b, const Test& entryTest) const
     {
-        if (TileMark::begins(a.back.bin | b.back.bin) != kBeginsThere || !meets(a, b))
+        if (!meets(a, b))
             return false;
         const float distance = TileMark::distance(a.back.bin) + TileMark::distance(b.back.bin);
         return entryTest(RowPair{a.back.row, b.back.row}, distance, [&] { return overlapOf(a, b); });
@@ -104,45 +129,26 @@ struct SearchTiles
         const Counts counts = countsOf(tile);
         const SortRecord* records = recordsOf(tile);
         const TileFrame frame(*plan, tile);
-        sort(frame, records, counts.boxes, memory);
+        const SortedTile sorted = memory.tile();
+        sortTile(memory, frame, records, counts.boxes, shape.cells, sorted);
         const auto entryTest = partners.isNew.preloaded();
         for (std::uint32_t slot = 0; slot < counts.boxes; ++slot)
         {
-            const SortRecord& self = records[memory.records[slot]];
-            const TileBox box = memory.boxes[slot];
-            const TileRanges ranges(frame, plan->reach, memory.starts.data(), box, slot, true);
+            const SortRecord& self = records[SortedTile::recordOf(sorted.ids[slot])];
+            const TileBox box = sorted.boxes[slot];
+            const TileRanges ranges(frame, plan->reach, sorted.starts, box, slot, true);
             for (int r = 0; r < TileRanges::kCount; ++r)
                 for (std::uint32_t k = ranges.begin[r]; k < ranges.end[r]; ++k)
                 {
                     emit.tested(1);
-                    const SortRecord& partner = records[memory.records[k]];
-                    if (box.mayMeet(memory.boxes[k]) && reports(self, partner, entryTest))
+                    const SortRecord& partner = records[SortedTile::recordOf(sorted.ids[k])];
+                    if (box.mayMeet(sorted.boxes[k]) && SortedTile::isHome(sorted.ids[slot], sorted.ids[k]) &&
+                        reports(self, partner, entryTest))
                         emit.push({self.back.row, partner.back.row});
                 }
             testAgainstUnbounded(self, counts.unboundedCount, emit);
         }
         searchAmongUnbounded(tile, counts.unboundedCount, emit);
-    }
-
-private:
-    /// Sorts the records of a tile by cell.
-    void sort(const TileFrame& frame, const SortRecord* records, std::uint32_t count,
-              TileMemory& memory) const
-    {
-        // Counted with an offset of two, so that after the loops starts[c] is the first record of cell c.
-        std::uint32_t* ends = memory.starts.data() + 1;
-        std::fill(memory.starts.begin(), memory.starts.end(), 0u);
-        for (std::uint32_t i = 0; i < count; ++i)
-            ++ends[frame.cellOf(frame.lowCorner(records[i])) + 1];
-        for (std::uint32_t cell = 0; cell + 1 < shape.cells; ++cell)
-            ends[cell + 1] += ends[cell];
-        for (std::uint32_t i = 0; i < count; ++i)
-        {
-            const std::uint32_t low = frame.lowCorner(records[i]);
-            const std::uint32_t slot = ends[frame.cellOf(low)]++;
-            memory.boxes[slot] = {low, frame.highCorner(records[i])};
-            memory.records[slot] = i;
-        }
     }
 };
 

@@ -285,9 +285,9 @@ struct TileRanges
 
     /// @param starts [cells + 1] first box of each cell
     /// @param slot   index of the box among the sorted ones
-    template <class Start>
     CULLET_HOST_DEVICE TileRanges(const TileFrame& frame, const std::uint32_t (&reach)[3],
-                                  const Start* starts, const TileBox& box, std::uint32_t slot, bool isBox)
+                                  const std::uint16_t* starts, const TileBox& box, std::uint32_t slot,
+                                  bool isBox)
     {
         constexpr std::uint32_t kShift = TilePlan::kCellShift;
         const std::uint32_t s0 = before(TileBox::s(box.low), reach[0]) >> kShift;
@@ -314,9 +314,8 @@ private:
         return quanta > reach ? quanta - reach : 0;
     }
 
-    template <class Start>
-    CULLET_HOST_DEVICE void setRange(int range, bool isThere, const Start* starts, std::uint32_t first,
-                                     std::uint32_t last)
+    CULLET_HOST_DEVICE void setRange(int range, bool isThere, const std::uint16_t* starts,
+                                     std::uint32_t first, std::uint32_t last)
     {
         begin[range] = isThere ? starts[first] : 0;
         end[range] = isThere ? starts[last] : 0;

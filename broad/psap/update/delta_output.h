@@ -194,7 +194,7 @@ private:
     void orderByBuckets(Exec& exec, const BucketOrder& order, const SortedChanges& changes)
     {
         close(exec, order.lists, order.bits, order.buckets, nullptr);
-        exec.scan(order.buckets.counts, m_starts.data(), order.buckets.count());
+        exec.exclusiveSum(order.buckets.counts, m_starts.data(), order.buckets.count());
         exec.forEach(std::max<std::uint64_t>(m_room.total(), order.buckets.count()),
                      FillBucket{order, m_keys[0].data(), m_keys[1].data()});
         exec.forEach(m_room.total(),
@@ -235,8 +235,8 @@ private:
         close(exec, lists, bits, {}, nullptr);
         const std::uint64_t* keys = m_keys[0].data();
         std::uint64_t* sorted = m_keys[1].data();
-        exec.sortKeys(keys, sorted, m_room.added, 0, bits.keyBits());
-        exec.sortKeys(keys + m_room.added, sorted + m_room.added, m_room.removed, 0, bits.keyBits());
+        exec.sortKeys(keys, sorted, m_room.added, bits.keyBits());
+        exec.sortKeys(keys + m_room.added, sorted + m_room.added, m_room.removed, bits.keyBits());
         exec.forEach(m_room.total(), UnpackKey{sorted, bits, m_room, changes});
     }
 

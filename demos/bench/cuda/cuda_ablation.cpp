@@ -80,7 +80,6 @@ ThesisOptions withSplit()
 std::vector<Variant<PsapOptions>> fastVariants()
 {
     return {
-        {"rows-radix", ordered(PsapOrder::Radix), true},
         {"rows-counting", ordered(PsapOrder::Counting), true},
         {"rows-tiles", ordered(PsapOrder::Tiles), true},
         {"rows-alone", ordered(PsapOrder::Counting, PsapRowSearch::Alone)},

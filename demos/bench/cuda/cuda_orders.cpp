@@ -32,7 +32,6 @@ constexpr Order kOrders[] = {
     {"rows-bins", PsapOrder::Bins, PsapRowSearch::Automatic},
     {"rows-alone", PsapOrder::Counting, PsapRowSearch::Alone},
     {"rows-grouped", PsapOrder::Counting, PsapRowSearch::Grouped},
-    {"rows-radix", PsapOrder::Radix, PsapRowSearch::Automatic},
     {"rows-tiles", PsapOrder::Tiles, PsapRowSearch::Automatic},
 };
 

@@ -40,10 +40,9 @@ inline std::vector<BackendCase> psapCases(
                 options.rowSearch = search;
             });
     };
-    addOrdered("RowsRadix", PsapOrder::Radix);
     addOrdered("RowsCounting", PsapOrder::Counting);
     addOrdered("RowsGrouped", PsapOrder::Counting, SearchOptions{}.initialCapacity, PsapRowSearch::Grouped);
-    addOrdered("RowsGroupedRadixCapacityOne", PsapOrder::Radix, 1, PsapRowSearch::Grouped);
+    addOrdered("RowsGroupedCapacityOne", PsapOrder::Counting, 1, PsapRowSearch::Grouped);
     addOrdered("RowsBins", PsapOrder::Bins);
     addOrdered("RowsBinsCapacityOne", PsapOrder::Bins, 1);
     addOrdered("RowsTiles", PsapOrder::Tiles);

@@ -36,19 +36,18 @@ class WatchedExec : public psap::HostExec
 public:
     using HostExec::HostExec;
 
-    void sortKeys(const std::uint64_t* keys, std::uint64_t* sorted, std::uint64_t count, int firstBit,
-                  int endBit)
+    void sortKeys(const std::uint64_t* keys, std::uint64_t* sorted, std::uint64_t count, int bits)
     {
         ++sorts;
-        HostExec::sortKeys(keys, sorted, count, firstBit, endBit);
+        HostExec::sortKeys(keys, sorted, count, bits);
     }
     template <class T>
-    void scan(const T* in, T* out, std::uint64_t count)
+    void exclusiveSum(const T* in, T* out, std::uint64_t count)
     {
         ++scans;
-        if (failsInScan)
+        if (failsInSum)
             throw std::runtime_error("of the test");
-        HostExec::scan(in, out, count);
+        HostExec::exclusiveSum(in, out, count);
     }
     using HostExec::mappedForWriting;
     Pair* mappedForWriting(Pair* list, std::uint64_t count)
@@ -68,7 +67,7 @@ public:
     int lists = 0;                  ///< lists of changes written
     std::set<const Pair*> written;  ///< their addresses
     bool canLock = true;
-    bool failsInScan = false;
+    bool failsInSum = false;
 };
 
 /// Rows with unique ids in a different order.
@@ -133,9 +132,9 @@ protected:
     void failWithBuckets(const std::vector<RowPair>& added, const std::vector<RowPair>& removed)
     {
         Update update(*this, added, removed, 100000);
-        m_exec.failsInScan = true;
+        m_exec.failsInSum = true;
         EXPECT_THROW(m_output.enqueue(m_exec, update.lists, largestId(), m_delta), std::runtime_error);
-        m_exec.failsInScan = false;
+        m_exec.failsInSum = false;
         EXPECT_EQ(m_exec.scans, 1) << "the changes are ordered without buckets";
     }
 

@@ -73,9 +73,8 @@ TEST(PsapDeltas, EqualBruteForceWithEveryExecutorAndOrder)
     const auto sets = changingBoxes(600, 11);
     for (const PsapExecutor executor : {PsapExecutor::InOrder, PsapExecutor::Shuffled, PsapExecutor::Threads})
     {
-        for (PsapOptions options :
-             {ordered(PsapOrder::Automatic), ordered(PsapOrder::Counting), ordered(PsapOrder::Radix),
-              ordered(PsapOrder::Bins), ordered(PsapOrder::Tiles)})
+        for (PsapOptions options : {ordered(PsapOrder::Automatic), ordered(PsapOrder::Counting),
+                                    ordered(PsapOrder::Bins), ordered(PsapOrder::Tiles)})
         {
             SCOPED_TRACE(std::to_string(static_cast<int>(executor)) + " " +
                          std::to_string(static_cast<int>(options.order)));

@@ -72,8 +72,7 @@ struct Visits
 
 Visits visitsWith(const psap::LevelPlan& plan, const std::vector<Aabb>& boxes)
 {
-    const psap::PartnerSearch<psap::EveryPair, psap::TestAllAxes> search = {
-        nullptr, &plan, nullptr, nullptr, {}};
+    const psap::PartnerSearch<psap::EveryPair> search = {nullptr, &plan, nullptr, nullptr, {}};
     Visits visits;
     for (const Aabb& box : boxes)
     {

@@ -32,21 +32,17 @@ TEST(PsapPlans, ReduceTestsAgainAfterWorldSpreadsOut)
 {
     SCOPED_TRACE("seed 3");
     const GrowingWorld world(3);
-    for (const PsapOrder order : {PsapOrder::Counting, PsapOrder::Radix})
-    {
-        SCOPED_TRACE(static_cast<int>(order));
-        WatchedSearch fresh(order);
-        const std::uint64_t fewest = testsOf(fresh, world.sparse, world.pairs);
-        PsapOptions options;
-        options.order = order;
-        options.updatesPerPlan = 3;
-        WatchedSearch search(options);
-        search.find(world.dense);
-        EXPECT_GT(testsOf(search, world.sparse, world.pairs), 2 * fewest);
-        for (int update = 0; update < 20; ++update)
-            search.find(world.sparse);
-        EXPECT_LE(testsOf(search, world.sparse, world.pairs), fewest + fewest / 10);
-    }
+    WatchedSearch fresh(PsapOrder::Counting);
+    const std::uint64_t fewest = testsOf(fresh, world.sparse, world.pairs);
+    PsapOptions options;
+    options.order = PsapOrder::Counting;
+    options.updatesPerPlan = 3;
+    WatchedSearch search(options);
+    search.find(world.dense);
+    EXPECT_GT(testsOf(search, world.sparse, world.pairs), 2 * fewest);
+    for (int update = 0; update < 20; ++update)
+        search.find(world.sparse);
+    EXPECT_LE(testsOf(search, world.sparse, world.pairs), fewest + fewest / 10);
 }
 
 // Most boxes are then far from the bulk of the boxes at the time of the last plan.
@@ -54,14 +50,10 @@ TEST(PsapPlans, FindAllPairsInEveryUpdateAfterWorldSpreadsOut)
 {
     SCOPED_TRACE("seed 3");
     const GrowingWorld world(3);
-    for (const PsapOrder order : {PsapOrder::Counting, PsapOrder::Radix})
-    {
-        SCOPED_TRACE(static_cast<int>(order));
-        WatchedSearch search(order);
-        search.find(world.dense);
-        for (int update = 0; update < 80; ++update)
-            ASSERT_EQ(search.find(world.sparse), world.pairs) << update;
-    }
+    WatchedSearch search(PsapOrder::Counting);
+    search.find(world.dense);
+    for (int update = 0; update < 80; ++update)
+        ASSERT_EQ(search.find(world.sparse), world.pairs) << update;
 }
 
 /// Cubes of another size and density in each frame.
@@ -95,7 +87,7 @@ void expectSearchesToRepeat(PsapOrder order)
 // The search is repeated for a list that was too short, when the next plan may be ready.
 TEST(PsapPlans, DoNotChangeWhenSearchIsRetried)
 {
-    for (const PsapOrder order : {PsapOrder::Counting, PsapOrder::Radix, PsapOrder::Bins, PsapOrder::Tiles})
+    for (const PsapOrder order : {PsapOrder::Counting, PsapOrder::Bins, PsapOrder::Tiles})
         expectSearchesToRepeat(order);
 }
 
@@ -173,7 +165,7 @@ TEST(PsapPlans, AreMadeAfterAReservationThatFailed)
     Random random(12);
     const std::vector<Aabb> boxes = cubesIn(400, 4, random);
     const Pairs expected = pairsByCounting(boxes);
-    for (const PsapOrder order : {PsapOrder::Automatic, PsapOrder::Counting, PsapOrder::Radix})
+    for (const PsapOrder order : {PsapOrder::Automatic, PsapOrder::Counting})
     {
         SCOPED_TRACE(static_cast<int>(order));
         int failed = 0;

@@ -55,7 +55,7 @@ std::uint64_t wrongAfterScan(std::uint64_t count)
     exec.reserve(ones, count);
     exec.reserve(sums, count);
     exec.forEach(count, StoreOne{ones.data()});
-    exec.scan(ones.data(), sums.data(), count);
+    exec.exclusiveSum(ones.data(), sums.data(), count);
     return countWrong(exec, sums, count);
 }
 
@@ -66,7 +66,7 @@ std::uint64_t wrongAfterSort(std::uint64_t count)
     exec.reserve(keys, count);
     exec.reserve(sorted, count);
     exec.forEach(count, StoreKey{keys.data(), count});
-    exec.sortKeys(keys.data(), sorted.data(), count, 0, 40);
+    exec.sortKeys(keys.data(), sorted.data(), count, 40);
     return countWrong(exec, sorted, count);
 }
 }  // namespace cullet::test

@@ -78,7 +78,6 @@ inline std::vector<NamedOptions> rowVariants()
 {
     return {{"Automatic", {}},
             {"Counting", rowOptions(PsapOrder::Counting)},
-            {"Radix", rowOptions(PsapOrder::Radix)},
             {"Bins", rowOptions(PsapOrder::Bins)},
             {"Tiles", rowOptions(PsapOrder::Tiles)},
             {"Grouped", rowOptions(PsapOrder::Counting, PsapRowSearch::Grouped)},

@@ -49,8 +49,7 @@ public:
     CULLET_FAULTY_CALL(forEachWarp)
     CULLET_FAULTY_CALL(placeInTiles)
     CULLET_FAULTY_CALL(searchTiles)
-    CULLET_FAULTY_CALL(scan)
-    CULLET_FAULTY_CALL(scanLargest)
+    CULLET_FAULTY_CALL(exclusiveSum)
     CULLET_FAULTY_CALL(sortPairs)
     CULLET_FAULTY_CALL(sortKeys)
 #undef CULLET_FAULTY_CALL
