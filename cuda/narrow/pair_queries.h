@@ -1,0 +1,94 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "cullet/cuda/narrow/hull_set.h"
+#include "cullet/cuda/narrow/pair_steps.h"
+
+#include <algorithm>
+#include <cstdint>
+
+namespace cullet::convex
+{
+/// Answers the pairs of a list, query after query, on an executor.
+///
+/// @tparam Exec HostPairExec or CudaPairExec
+template <class Exec>
+class PairQueries
+{
+public:
+    /// Copies the hulls, which need not outlive the call, to the executor.
+    PairQueries(Exec& exec, const HullSet& hulls)
+    {
+        const HullTables from = hulls.tables();
+        copyTo(exec, m_rows, from.rows, hulls.size());
+        copyTo(exec, m_lanes, from.lanes, hulls.blockCount() * kBlockLanes);
+        copyTo(exec, m_starts, from.starts, std::uint64_t{hulls.size()} * kStarts);
+        m_tables = {m_rows.data(), m_lanes.data(), m_starts.data(), hulls.size()};
+    }
+
+    /// Launches a query. Waits only where memory has to grow.
+    void launch(Exec& exec, const PairInput& input)
+    {
+        reserve(exec, input.count);
+        exec.clear(m_counts.data(), 1);
+        const PairReader reader = {m_tables, input};
+        const PairMemory memory = {m_axes.data(), m_simplices.data(), m_states.data()};
+        const PairQueues queues = {m_searched.data(), m_doubtful.data(), m_counts.data()};
+        exec.testAxes(input.count, {reader, memory, m_counts.data()}, queues);
+        exec.searchInFloat(input.count, {{reader, memory, m_counts.data()}}, queues);
+        exec.searchInDouble(input.count, {{reader, memory, m_counts.data()}}, queues);
+        exec.download(m_fetched.data(), m_counts.data(), 1);
+    }
+
+    /// Forgets all pairs, also after a failure.
+    void forget() { m_remembered = 0; }
+
+    const PairState* states() const { return m_states.data(); }
+    const PairAxis* axes() const { return m_axes.data(); }
+    const PairSimplex* simplices() const { return m_simplices.data(); }
+    /// Of the last query. @pre it has run
+    const PairCounts& counts() const { return *m_fetched.data(); }
+
+private:
+    template <class T>
+    using Buffer = typename Exec::template Buffer<T>;
+
+    template <class Element>
+    static void copyTo(Exec& exec, Buffer<Element>& to, const Element* from, std::uint64_t count)
+    {
+        exec.reserve(to, std::max<std::uint64_t>(count, 1));
+        exec.uploadAndWait(to.data(), from, count);
+    }
+
+    void reserve(Exec& exec, std::uint32_t count)
+    {
+        const std::uint64_t room = std::max(count, 1u), known = m_remembered;
+        exec.reserve(m_counts, 1);
+        exec.reserve(m_fetched, 1);
+        exec.reserve(m_searched, room);
+        exec.reserve(m_doubtful, room);
+        exec.reserveKeeping(m_axes, room, known);
+        exec.reserveKeeping(m_simplices, room, known);
+        exec.reserveKeeping(m_states, room, known);
+        if (count <= known)
+            return;
+        exec.clear(m_axes.data() + known, count - known);
+        exec.clear(m_simplices.data() + known, count - known);
+        exec.clear(m_states.data() + known, count - known);
+        m_remembered = count;
+    }
+
+    HullTables m_tables;
+    std::uint64_t m_remembered = 0;  ///< pairs that have a memory
+    Buffer<HullRow> m_rows;
+    Buffer<HullLane> m_lanes;
+    Buffer<std::uint16_t> m_starts;
+    Buffer<PairAxis> m_axes;
+    Buffer<PairSimplex> m_simplices;
+    Buffer<PairState> m_states;
+    Buffer<std::uint32_t> m_searched, m_doubtful;
+    Buffer<PairCounts> m_counts;
+    typename Exec::template Staging<PairCounts> m_fetched;
+};
+}  // namespace cullet::convex

@@ -1,0 +1,195 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "cullet/broad/host_device.h"
+#include "cullet/broad/row_pair.h"
+#include "cullet/cuda/narrow/hull_tables.h"
+#include "cullet/cuda/narrow/pair_search.h"
+#include "cullet/cuda/narrow/pair_types.h"
+#include "cullet/cuda/narrow/posed_pair.h"
+
+#include <cstdint>
+
+/// The steps of a query for all pairs; each is called for one pair.
+namespace cullet::convex
+{
+/// The input of a query. Addresses of the executor's memory.
+struct PairInput
+{
+    const BodyPose* poses = nullptr;  ///< [bodies]
+    std::uint32_t bodies = 0;
+    const RowPair* pairs = nullptr;  ///< [count]
+    std::uint32_t count = 0;
+};
+
+/// What is kept of each pair from one query to the next. Any content gives the same answers, up to rounding.
+struct PairMemory
+{
+    PairAxis* axes = nullptr;
+    PairSimplex* simplices = nullptr;
+    PairState* states = nullptr;
+};
+
+/// Where the pair goes after its axis has been tested.
+enum class PairRoute
+{
+    Done,
+    Failed,     ///< its axis does not separate
+    Remembered  ///< it overlapped in the last query
+};
+
+struct PairCounts
+{
+    std::uint32_t failed = 0, remembered = 0, doubtful = 0;
+    std::uint32_t overlapping = 0, undecided = 0, invalid = 0;
+};
+
+/// The pairs that are searched, in any order: no result depends on it.
+struct PairQueues
+{
+    std::uint32_t* searched =
+        nullptr;  ///< [count] failed pairs from the front, remembered ones from the back
+    std::uint32_t* doubtful = nullptr;  ///< [count]
+    PairCounts* counts = nullptr;
+};
+
+/// Reads what a pair of the list refers to.
+struct PairReader
+{
+    HullTables hulls;
+    PairInput input;
+
+    CULLET_HOST_DEVICE bool isHullUsable(std::uint32_t hull) const
+    {
+        return hull < hulls.hulls && HullView(hulls, hull).vertexCount() > 0;
+    }
+
+    /// @return false for an invalid pair
+    CULLET_HOST_DEVICE bool read(std::uint32_t pair, BodyPose& a, BodyPose& b) const
+    {
+        const RowPair rows = input.pairs[pair];
+        if (rows.a >= input.bodies || rows.b >= input.bodies)
+            return false;
+        a = input.poses[rows.a];
+        b = input.poses[rows.b];
+        return isUsable(a) && isUsable(b) && isHullUsable(a.hull) && isHullUsable(b.hull);
+    }
+};
+
+/// Tests the remembered axis of each pair, or without one the axis between the origins.
+struct TestAxes
+{
+    PairReader reader;
+    PairMemory memory;
+    PairCounts* counts;
+
+    CULLET_HOST_DEVICE PairRoute operator()(std::uint32_t pair) const
+    {
+        BodyPose a, b;
+        if (!reader.read(pair, a, b))
+        {
+            memory.states[pair] = PairState::Invalid;
+            fetchAdd(&counts->invalid, 1);
+            return PairRoute::Done;
+        }
+        if (memory.states[pair] == PairState::Overlapping)
+            return PairRoute::Remembered;
+        return testAxis(pair, PosedPair<float>(reader.hulls, a, b));
+    }
+
+private:
+    CULLET_HOST_DEVICE PairRoute testAxis(std::uint32_t pair, const PosedPair<float>& posed) const
+    {
+        const PairAxis axis = memory.axes[pair];
+        Vec<float> v = {axis.axis[0], axis.axis[1], axis.axis[2]};
+        std::uint32_t vertices = axis.vertices;
+        const float length2 = dot(v, v);
+        // A longer axis is not covered by the bound of errors; a NaN makes the comparison false.
+        const bool isKept = length2 > 0.99f && length2 < 1.0001f;
+        if (!isKept)
+        {
+            v = firstAxis(posed.offset());
+            vertices = kNoVertices;
+        }
+        const auto test = posed.test(v, unpacked(vertices));
+        const std::uint32_t now = packed(test.ids);
+        if (!isKept || now != axis.vertices)
+            memory.axes[pair] = {{v.x, v.y, v.z}, now};
+        // Errors of an axis are relative to its length.
+        if (!(test.along > posed.error() * 1.0001f))
+            return PairRoute::Failed;
+        memory.states[pair] = PairState::Apart;
+        return PairRoute::Done;
+    }
+
+    CULLET_HOST_DEVICE static Vec<float> firstAxis(const Vec<float>& offset)
+    {
+        const float largest = fmaxf(fmaxf(fabsf(offset.x), fabsf(offset.y)), fabsf(offset.z));
+        if (!(largest > 1e-30f && largest < 1e30f))
+            return {1.0f, 0.0f, 0.0f};
+        const Vec<float> scaled = offset * (-1.0f / largest);
+        return scaled * (1.0f / sqrtf(dot(scaled, scaled)));
+    }
+};
+
+/// Searches one pair in T.
+template <class T>
+struct SearchPair
+{
+    PairReader reader;
+    PairMemory memory;
+    PairCounts* counts;
+
+    /// @return false if the pair is doubtful
+    CULLET_HOST_DEVICE bool search(std::uint32_t pair, SearchStart start) const
+    {
+        BodyPose a, b;
+        if (!reader.read(pair, a, b))
+            return true;
+        const PosedPair<T> posed(reader.hulls, a, b);
+        const SearchResult result =
+            PairSearch<T>(posed).run(memory.axes[pair], memory.simplices[pair], start);
+        if (result == SearchResult::Doubtful)
+            return false;
+        store(pair, result == SearchResult::Apart ? PairState::Apart : PairState::Overlapping);
+        return true;
+    }
+
+    CULLET_HOST_DEVICE void store(std::uint32_t pair, PairState state) const
+    {
+        memory.states[pair] = state;
+        if (state == PairState::Overlapping)
+            fetchAdd(&counts->overlapping, 1);
+        else if (state == PairState::Undecided)
+            fetchAdd(&counts->undecided, 1);
+    }
+};
+
+/// Searches in float; what float cannot prove goes to the next queue.
+struct SearchInFloat
+{
+    SearchPair<float> search;
+
+    /// @return false if the pair is doubtful
+    CULLET_HOST_DEVICE bool operator()(std::uint32_t pair, PairRoute route) const
+    {
+        return search.search(pair, route == PairRoute::Remembered ? SearchStart::Simplex : SearchStart::Axis);
+    }
+};
+
+/// Searches in double, a second time without the simplex if rounding has led the first one astray.
+struct SearchInDouble
+{
+    SearchPair<double> search;
+
+    CULLET_HOST_DEVICE void operator()(std::uint32_t pair) const
+    {
+        if (search.search(pair, SearchStart::Simplex))
+            return;
+        search.memory.simplices[pair] = {{kNoVertices, kNoVertices, kNoVertices, kNoVertices}};
+        if (!search.search(pair, SearchStart::Axis))
+            search.store(pair, PairState::Undecided);
+    }
+};
+}  // namespace cullet::convex
