@@ -23,6 +23,7 @@ struct Support
 class HullView
 {
 public:
+    HullView() = default;
     CULLET_HOST_DEVICE HullView(const HullTables& tables, std::uint32_t hull)
         : m_row(tables.rows[hull]),
           m_lanes(tables.lanes + std::uint64_t{m_row.first} * kBlockLanes),
@@ -56,8 +57,8 @@ public:
     {
         if (!isClimbable())
             return scan(d);
-        const T band = T(m_row.tieBand) * sumOfMagnitudes(d);
-        std::int32_t vertex = isVertex(start) ? start : startFor(d);
+        const T band = bandFor(d);
+        std::int32_t vertex = startOf(d, start);
         for (;;)
         {
             const Step<T> step = stepFrom(vertex, d);
@@ -70,6 +71,37 @@ public:
         }
     }
 
+    CULLET_HOST_DEVICE bool isClimbable() const { return (m_row.count & HullRow::kClimbable) != 0; }
+
+    /// Where a climb begins.
+    ///
+    /// @param start as for support()
+    /// @pre isClimbable()
+    template <class T>
+    CULLET_HOST_DEVICE std::int32_t startOf(const Vec<T>& d, std::int32_t start) const
+    {
+        return isVertex(start) ? start : startFor(d);
+    }
+
+    /// A vertex whose neighbours are all lower by more than this is the support.
+    template <class T>
+    CULLET_HOST_DEVICE T bandFor(const Vec<T>& d) const
+    {
+        return T(m_row.tieBand) * sumOfMagnitudes(d);
+    }
+
+    /// The block of a vertex in HullTables::lanes.
+    CULLET_HOST_DEVICE std::uint32_t blockOf(std::int32_t vertex) const
+    {
+        return m_row.first + static_cast<std::uint32_t>(vertex);
+    }
+
+    template <class T>
+    CULLET_HOST_DEVICE static T productOf(const HullLane& lane, const Vec<T>& d)
+    {
+        return T(lane.x) * d.x + T(lane.y) * d.y + T(lane.z) * d.z;
+    }
+
 private:
     template <class T>
     struct Step
@@ -78,17 +110,10 @@ private:
         std::int32_t id;  ///< the neighbour with the best product
     };
 
-    CULLET_HOST_DEVICE bool isClimbable() const { return (m_row.count & HullRow::kClimbable) != 0; }
     CULLET_HOST_DEVICE std::uint32_t stride() const { return isClimbable() ? kBlockLanes : 1; }
     CULLET_HOST_DEVICE const HullLane* lanesAt(std::int32_t block) const
     {
         return m_lanes + std::uint64_t{static_cast<std::uint32_t>(block)} * kBlockLanes;
-    }
-
-    template <class T>
-    CULLET_HOST_DEVICE static T productOf(const HullLane& lane, const Vec<T>& d)
-    {
-        return T(lane.x) * d.x + T(lane.y) * d.y + T(lane.z) * d.z;
     }
 
     template <class T>
@@ -160,8 +185,8 @@ private:
         return place > T(0) ? static_cast<int>(place < T(8) ? place : T(7)) : 0;
     }
 
-    HullRow m_row;
-    const HullLane* m_lanes;  ///< from its first block on
-    const std::uint16_t* m_starts;
+    HullRow m_row = {};
+    const HullLane* m_lanes = nullptr;  ///< from its first block on
+    const std::uint16_t* m_starts = nullptr;
 };
 }  // namespace cullet::convex

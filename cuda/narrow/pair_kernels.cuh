@@ -26,15 +26,68 @@ __device__ inline std::uint32_t placeInQueue(std::uint32_t* count)
     return first + static_cast<std::uint32_t>(__popc(lanes & ((1u << lane) - 1u)));
 }
 
+/// The supports of all lanes of a warp. Eight lanes read a block of vertices together, one lane's after another, so that a
+/// warp reads four blocks at a time; where a block does not prove its vertex, its lane climbs alone.
+///
+/// @param isAsked whether this lane has a side
+__device__ inline Support<float> supportsTogether(const HullLane* lanes, bool isAsked,
+                                                  const HullSide<float>& side)
+{
+    constexpr unsigned kAll = 0xffffffffu;
+    constexpr unsigned kFirstOfEach = 0x01010101u;
+    const unsigned lane = threadIdx.x % 32, within = lane % kBlockLanes, first = lane - within;
+    const bool isClimbing = isAsked && side.hull.isClimbable();
+    const std::int32_t start = isClimbing ? side.hull.startOf(side.direction, side.start) : 0;
+    const std::uint32_t block = isClimbing ? side.hull.blockOf(start) : 0;
+    const float band = isClimbing ? side.hull.bandFor(side.direction) : 0.0f;
+    const unsigned asking = __ballot_sync(kAll, isClimbing);
+    float height = 0.0f;
+    unsigned rivals = 1;
+#pragma unroll
+    for (unsigned k = 0; k < kBlockLanes; ++k)
+    {
+        if ((asking >> k & kFirstOfEach) == 0)
+            continue;
+        const int from = static_cast<int>(first + k);
+        const std::uint64_t place = std::uint64_t{__shfl_sync(kAll, block, from)} * kBlockLanes + within;
+        const Vec<float> d = {__shfl_sync(kAll, side.direction.x, from),
+                              __shfl_sync(kAll, side.direction.y, from),
+                              __shfl_sync(kAll, side.direction.z, from)};
+        const float low = __shfl_sync(kAll, band, from);
+        const HullLane mine = lanes[place];
+        const float product = HullView::productOf(mine, d);
+        const float own = __shfl_sync(kAll, product, static_cast<int>(first));
+        // Lane 0 asks for the next block, which this does not read.
+        const bool isRival = within == 0 ? mine.id >= 0 : product >= own - low;
+        const unsigned found = __ballot_sync(kAll, isRival) >> first & 0xffu;
+        if (within == k)
+        {
+            height = own;
+            rivals = found;
+        }
+    }
+    if (!isAsked)
+        return {0, 0.0f};
+    if (isClimbing && rivals == 0)
+        return {start, height};
+    return side.hull.support(side.direction, isClimbing ? start : side.start);
+}
+
+/// A thread for each pair.
 template <class Step>
 __global__ void __launch_bounds__(kPairThreads)
     routePairs(std::uint32_t count, const Step step, const PairQueues queues)
 {
     const std::uint64_t i = std::uint64_t{blockIdx.x} * blockDim.x + threadIdx.x;
-    if (i >= count)
-        return;
     const auto pair = static_cast<std::uint32_t>(i);
-    const PairRoute route = step(pair);
+    typename Step::Query query = {};
+    PairRoute route = i < count ? step.begin(pair, query) : PairRoute::Done;
+    const bool isAsked = route == PairRoute::Asked;
+    const HullLane* const lanes = step.reader.hulls.lanes;
+    const Support<float> a = supportsTogether(lanes, isAsked, query.a);
+    const Support<float> b = supportsTogether(lanes, isAsked, query.b);
+    if (isAsked)
+        route = step.finish(pair, query, a, b);
     if (route == PairRoute::Failed)
         queues.searched[placeInQueue(&queues.counts->failed)] = pair;
     else if (route == PairRoute::Remembered)

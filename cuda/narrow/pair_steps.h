@@ -31,10 +31,11 @@ struct PairMemory
     PairState* states = nullptr;
 };
 
-/// Where the pair goes after its axis has been tested.
+/// Where a pair goes before or after its axis has been tested.
 enum class PairRoute
 {
     Done,
+    Asked,      ///< its axis is to be tested
     Failed,     ///< its axis does not separate
     Remembered  ///< it overlapped in the last query
 };
@@ -77,14 +78,33 @@ struct PairReader
     }
 };
 
-/// Tests the remembered axis of each pair, or without one the axis between the origins.
+/// Tests the remembered axis of each pair, or without one the axis between the origins. In three parts, between which a
+/// GPU's threads look for the supports together: begin(), support() of both sides, finish().
 struct TestAxes
 {
     PairReader reader;
     PairMemory memory;
     PairCounts* counts;
 
+    struct Query
+    {
+        HullSide<float> a, b;
+        Vec<float> axis;
+        float shift;          ///< see testOf()
+        float least;          ///< what proves a gap
+        std::uint32_t known;  ///< PairAxis::vertices of the axis
+        bool isNew;           ///< it is not the remembered axis
+    };
+
     CULLET_HOST_DEVICE PairRoute operator()(std::uint32_t pair) const
+    {
+        Query query;
+        const PairRoute route = begin(pair, query);
+        return route == PairRoute::Asked ? finish(pair, query, query.a.support(), query.b.support()) : route;
+    }
+
+    /// @param query [out] set where the result is Asked
+    CULLET_HOST_DEVICE PairRoute begin(std::uint32_t pair, Query& query) const
     {
         BodyPose a, b;
         if (!reader.read(pair, a, b))
@@ -95,34 +115,41 @@ struct TestAxes
         }
         if (memory.states[pair] == PairState::Overlapping)
             return PairRoute::Remembered;
-        return testAxis(pair, PosedPair<float>(reader.hulls, a, b));
+        const PairAxis remembered = memory.axes[pair];
+        const PosedPair<float> posed(reader.hulls, a, b);
+        query.axis = {remembered.axis[0], remembered.axis[1], remembered.axis[2]};
+        query.known = remembered.vertices;
+        const float length2 = dot(query.axis, query.axis);
+        // A longer axis is not covered by the bound of errors; a NaN makes the comparison false.
+        query.isNew = !(length2 > 0.99f && length2 < 1.0001f);
+        if (query.isNew)
+        {
+            query.axis = firstAxis(posed.offset());
+            query.known = kNoVertices;
+        }
+        const VertexIds starts = unpacked(query.known);
+        query.a = posed.sideA(query.axis, starts.a);
+        query.b = posed.sideB(query.axis, starts.b);
+        query.shift = dot(query.axis, posed.offset());
+        // Errors are relative to the length of the axis.
+        query.least = posed.error() * 1.0001f;
+        return PairRoute::Asked;
     }
 
-private:
-    CULLET_HOST_DEVICE PairRoute testAxis(std::uint32_t pair, const PosedPair<float>& posed) const
+    CULLET_HOST_DEVICE PairRoute finish(std::uint32_t pair, const Query& query, const Support<float>& a,
+                                        const Support<float>& b) const
     {
-        const PairAxis axis = memory.axes[pair];
-        Vec<float> v = {axis.axis[0], axis.axis[1], axis.axis[2]};
-        std::uint32_t vertices = axis.vertices;
-        const float length2 = dot(v, v);
-        // A longer axis is not covered by the bound of errors; a NaN makes the comparison false.
-        const bool isKept = length2 > 0.99f && length2 < 1.0001f;
-        if (!isKept)
-        {
-            v = firstAxis(posed.offset());
-            vertices = kNoVertices;
-        }
-        const auto test = posed.test(v, unpacked(vertices));
+        const AxisTest<float> test = testOf(a, b, query.shift);
         const std::uint32_t now = packed(test.ids);
-        if (!isKept || now != axis.vertices)
-            memory.axes[pair] = {{v.x, v.y, v.z}, now};
-        // Errors of an axis are relative to its length.
-        if (!(test.along > posed.error() * 1.0001f))
+        if (query.isNew || now != query.known)
+            memory.axes[pair] = {{query.axis.x, query.axis.y, query.axis.z}, now};
+        if (!(test.along > query.least))
             return PairRoute::Failed;
         memory.states[pair] = PairState::Apart;
         return PairRoute::Done;
     }
 
+private:
     CULLET_HOST_DEVICE static Vec<float> firstAxis(const Vec<float>& offset)
     {
         const float largest = fmaxf(fmaxf(fabsf(offset.x), fabsf(offset.y)), fabsf(offset.z));

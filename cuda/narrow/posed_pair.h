@@ -54,17 +54,39 @@ CULLET_HOST_DEVICE inline bool isUsable(const BodyPose& pose)
            fabsf(pose.position[1]) <= kLargest && fabsf(pose.position[2]) <= kLargest;
 }
 
+/// What an axis test asks of one of two hulls: its support along a direction of its own axes.
+template <class T>
+struct HullSide
+{
+    HullView hull;
+    Vec<T> direction;
+    std::int32_t start;  ///< a vertex likely near it; any number
+
+    CULLET_HOST_DEVICE Support<T> support() const { return hull.support(direction, start); }
+};
+
+/// The support of A - B against an axis v.
+template <class T>
+struct AxisTest
+{
+    T along;  ///< v.w for the support point w: for a unit v no more than the distance
+    VertexIds ids;
+};
+
+/// Joins the supports of both sides.
+///
+/// @param shift v.(origin of B - origin of A)
+template <class T>
+CULLET_HOST_DEVICE inline AxisTest<T> testOf(const Support<T>& a, const Support<T>& b, T shift)
+{
+    return {-(a.height + b.height) - shift, {a.vertex, b.vertex}};
+}
+
 /// Two hulls with poses, A and B, as a query in T sees them. World axes, relative to the origin of A.
 template <class T>
 class PosedPair
 {
 public:
-    struct AxisTest
-    {
-        T along;  ///< v.w for the support point w of A - B against v: for a unit v no more than the distance
-        VertexIds ids;
-    };
-
     /// @pre both poses are usable, and their hulls are in the tables and have points
     CULLET_HOST_DEVICE PosedPair(const HullTables& tables, const BodyPose& a, const BodyPose& b)
         : m_hullA(tables, a.hull),
@@ -97,11 +119,18 @@ public:
     }
 
     /// @param start vertices likely near the supports; any numbers
-    CULLET_HOST_DEVICE AxisTest test(const Vec<T>& axis, VertexIds start) const
+    CULLET_HOST_DEVICE AxisTest<T> test(const Vec<T>& axis, VertexIds start) const
     {
-        const Support<T> a = m_hullA.support(m_turnA.back(-axis), start.a);
-        const Support<T> b = m_hullB.support(m_turnB.back(axis), start.b);
-        return {-(a.height + b.height) - dot(axis, m_offset), {a.vertex, b.vertex}};
+        const Support<T> a = sideA(axis, start.a).support();
+        return testOf(a, sideB(axis, start.b).support(), dot(axis, m_offset));
+    }
+    CULLET_HOST_DEVICE HullSide<T> sideA(const Vec<T>& axis, std::int32_t start) const
+    {
+        return {m_hullA, m_turnA.back(-axis), start};
+    }
+    CULLET_HOST_DEVICE HullSide<T> sideB(const Vec<T>& axis, std::int32_t start) const
+    {
+        return {m_hullB, m_turnB.back(axis), start};
     }
 
 private:
