@@ -24,25 +24,25 @@ public:
 
     Status enqueue(const DeviceBodies& bodies, const RowPair* pairs, std::uint64_t count) override
     {
-        if (count > std::numeric_limits<std::uint32_t>::max())
-        {
-            forget();
-            return Status::OutOfMemory;
-        }
-        return psap::guarded(
-            m_exec,
-            [&]
-            {
-                const auto narrow = static_cast<std::uint32_t>(count);
-                m_queries.launch(m_exec, {bodies.poses, bodies.bodies, pairs, narrow});
-                m_exec.mark();
-                m_count = count;
-                m_isPending = true;
-            },
-            [&] { drop(); });
+        return enqueueWith({bodies.poses, bodies.bodies, pairs, 0}, count,
+                           [&](const convex::PairInput& input) { m_queries.launch(m_exec, input); });
     }
 
-    DevicePairAnswers ahead() const override { return {m_queries.states(), m_queries.axes(), m_count}; }
+    Status enqueueDistances(const DeviceBodies& bodies, const RowPair* pairs, std::uint64_t count,
+                            float maxDistance) override
+    {
+        const Status status = enqueueWith({bodies.poses, bodies.bodies, pairs, 0}, count,
+                                          [&](const convex::PairInput& input)
+                                          { m_queries.launchDistances(m_exec, input, maxDistance); });
+        m_isMeasured = status == Status::Ok;
+        return status;
+    }
+
+    DevicePairAnswers ahead() const override
+    {
+        return {m_queries.states(), m_queries.axes(), m_isMeasured ? m_queries.distances() : nullptr,
+                m_count};
+    }
 
     Status collect(DevicePairAnswers& answers, ConvexPairCounts& counts) override
     {
@@ -79,6 +79,29 @@ private:
         return convex::PairQueries<convex::CudaPairExec>(exec, hulls);
     }
 
+    /// Calls launch() with the input and its count.
+    template <class Launch>
+    Status enqueueWith(convex::PairInput input, std::uint64_t count, const Launch& launch)
+    {
+        m_isMeasured = false;
+        if (count > std::numeric_limits<std::uint32_t>::max())
+        {
+            forget();
+            return Status::OutOfMemory;
+        }
+        input.count = static_cast<std::uint32_t>(count);
+        return psap::guarded(
+            m_exec,
+            [&]
+            {
+                launch(input);
+                m_exec.mark();
+                m_count = count;
+                m_isPending = true;
+            },
+            [&] { drop(); });
+    }
+
     void drop()
     {
         m_queries.forget();
@@ -89,7 +112,8 @@ private:
     convex::CudaPairExec m_exec;  ///< declared before the buffers, which use its memory
     convex::PairQueries<convex::CudaPairExec> m_queries;
     std::uint64_t m_count = 0;
-    bool m_isPending = false;  ///< a query has been launched
+    bool m_isPending = false;   ///< a query has been launched
+    bool m_isMeasured = false;  ///< with distances
 };
 }  // namespace
 

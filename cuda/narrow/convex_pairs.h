@@ -27,8 +27,9 @@ struct DeviceBodies
 /// The answers of DeviceConvexPairs, in device memory and in the order of the pairs.
 struct DevicePairAnswers
 {
-    const PairState* states = nullptr;  ///< [count]
-    const PairAxis* axes = nullptr;     ///< [count], of pairs that are Apart
+    const PairState* states = nullptr;        ///< [count]
+    const PairAxis* axes = nullptr;           ///< [count], of pairs that are Apart
+    const PairDistance* distances = nullptr;  ///< [count], or null if not asked for
     std::uint64_t count = 0;
 };
 
@@ -42,7 +43,7 @@ struct ConvexPairCounts
 };
 
 /// Tells for pairs of convex hulls in device memory whether they overlap, and finds an axis that separates those that do
-/// not. What it learns of a pair is the start of its next query: pair k of the list is meant to be the same pair of
+/// not, or how far apart they are. What it learns of a pair is the start of its next query: pair k of the list is meant to be the same pair of
 /// bodies from query to query. Another one, or a longer list, only costs time.
 ///
 /// The hulls of a pair are the exact points of the HullSet, turned by the quaternions divided by their lengths and moved
@@ -67,6 +68,15 @@ public:
     /// @param count less than 2^32
     /// @return Ok, or the reason of a failure; all pairs are then forgotten, and the next enqueue() starts anew
     virtual Status enqueue(const DeviceBodies& bodies, const RowPair* pairs, std::uint64_t count) = 0;
+
+    /// enqueue(), and the distances and closest points of pairs that are Apart, in double: within 2e-7 of the size of the
+    /// pair. The axis of a measured pair becomes the direction of its distance.
+    ///
+    /// @param maxDistance pairs farther apart are not measured; 0 or more, or infinity
+    /// Cost: a test in double for each pair that is Apart, and a search for those that are near enough; 32 bytes of memory
+    ///     for each pair
+    virtual Status enqueueDistances(const DeviceBodies& bodies, const RowPair* pairs, std::uint64_t count,
+                                    float maxDistance) = 0;
 
     /// The addresses that enqueue() will write, valid once the stream has run its work: for later work on that stream,
     /// so that the CPU need not wait. Valid until the next enqueue(), forget() or failure.

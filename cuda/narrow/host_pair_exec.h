@@ -4,6 +4,7 @@
 
 #include "cullet/broad/host_device.h"
 #include "cullet/broad/psap/exec/host_exec.h"
+#include "cullet/cuda/narrow/pair_distance.h"
 #include "cullet/cuda/narrow/pair_steps.h"
 
 #include <cstdint>
@@ -44,6 +45,9 @@ public:
         forEach(queues.counts->remembered,
                 [&](std::uint64_t i) { search(queues.searched[count - 1 - i], PairRoute::Remembered); });
     }
+
+    /// Calls step(pair) for each pair.
+    void measureDistances(std::uint32_t count, const MeasureDistances& step) { forEach(count, step); }
 
     /// Calls step(pair) for each doubtful pair.
     void searchInDouble(std::uint32_t /*count*/, const SearchInDouble& step, const PairQueues& queues)

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "cullet/cuda/kernels/cuda_exec.cuh"
+#include "cullet/cuda/narrow/pair_distance.h"
 #include "cullet/cuda/narrow/pair_steps.h"
 
 #include <algorithm>
@@ -123,6 +124,14 @@ __global__ void __launch_bounds__(kPairThreads) searchDoubtful(const Step step, 
         step(queues.doubtful[i]);
 }
 
+template <class Step>
+__global__ void __launch_bounds__(kPairThreads) measurePairs(std::uint32_t count, const Step step)
+{
+    const std::uint64_t pair = std::uint64_t{blockIdx.x} * blockDim.x + threadIdx.x;
+    if (pair < count)
+        step(pair);
+}
+
 /// Runs the steps of convex pairs on one CUDA device, on one stream; see HostPairExec.
 class CudaPairExec : public psap::CudaExec
 {
@@ -146,6 +155,11 @@ public:
     void searchInDouble(std::uint32_t count, const SearchInDouble& step, const PairQueues& queues)
     {
         psap::launch(stream(), searchDoubtful<SearchInDouble>, threadsFor(count), kPairThreads, step, queues);
+    }
+
+    void measureDistances(std::uint32_t count, const MeasureDistances& step)
+    {
+        psap::launch(stream(), measurePairs<MeasureDistances>, count, kPairThreads, count, step);
     }
 
 private:

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "cullet/cuda/narrow/hull_set.h"
+#include "cullet/cuda/narrow/pair_distance.h"
 #include "cullet/cuda/narrow/pair_steps.h"
 
 #include <algorithm>
@@ -41,12 +42,24 @@ public:
         exec.download(m_fetched.data(), m_counts.data(), 1);
     }
 
+    /// launch(), and the distances of pairs that are no farther apart than that.
+    void launchDistances(Exec& exec, const PairInput& input, float most)
+    {
+        exec.reserve(m_distances, std::max(input.count, 1u));
+        launch(exec, input);
+        exec.measureDistances(input.count, {{m_tables, input},
+                                            {m_axes.data(), m_simplices.data(), m_states.data()},
+                                            m_distances.data(),
+                                            most});
+    }
+
     /// Forgets all pairs, also after a failure.
     void forget() { m_remembered = 0; }
 
     const PairState* states() const { return m_states.data(); }
     const PairAxis* axes() const { return m_axes.data(); }
-    const PairSimplex* simplices() const { return m_simplices.data(); }
+    /// Of launchDistances().
+    const PairDistance* distances() const { return m_distances.data(); }
     /// Of the last query. @pre it has run
     const PairCounts& counts() const { return *m_fetched.data(); }
 
@@ -87,6 +100,7 @@ private:
     Buffer<PairAxis> m_axes;
     Buffer<PairSimplex> m_simplices;
     Buffer<PairState> m_states;
+    Buffer<PairDistance> m_distances;
     Buffer<std::uint32_t> m_searched, m_doubtful;
     Buffer<PairCounts> m_counts;
     typename Exec::template Staging<PairCounts> m_fetched;

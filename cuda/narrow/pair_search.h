@@ -47,6 +47,8 @@ public:
         ++m_count;
     }
 
+    CULLET_HOST_DEVICE const VertexIds (&ids() const)[4] { return m_ids; }
+
     CULLET_HOST_DEVICE bool has(VertexIds ids) const
     {
         bool isHere = false;
@@ -89,10 +91,18 @@ enum class SearchStart
     Simplex  ///< the remembered simplex
 };
 
-/// ISA-GJK (van den Bergen 1999) for one pair: a separating axis, or a simplex around the origin.
+/// What ends a search.
+enum class SearchGoal
+{
+    Boolean,  ///< an axis that separates
+    Distance  ///< bounds of the distance that agree. Only in double, and for hulls that are apart
+};
+
+/// ISA-GJK (van den Bergen 1999) for one pair: a separating axis, or a simplex around the origin; with SearchGoal::Distance
+/// GJK (Gilbert, Johnson and Keerthi 1988), whose simplex is the closest feature of A - B.
 ///
 /// In float an answer is given where it holds for any rounding. In double rounding decides below 1e-7 of the size.
-template <class T>
+template <class T, SearchGoal kGoal = SearchGoal::Boolean>
 class PairSearch
 {
 public:
@@ -114,6 +124,9 @@ public:
         return result;
     }
 
+    /// Of the last search.
+    CULLET_HOST_DEVICE const Simplex<T>& simplex() const { return m_simplex; }
+
 private:
     static constexpr bool kIsFloat = sizeof(T) == sizeof(float);
     static constexpr int kMostSteps = kIsFloat ? 24 : 96;
@@ -127,13 +140,21 @@ private:
     {
         if (!m_pair.areVertices(m_ids))
         {
-            const auto test = m_pair.test(m_axis, m_ids);
+            const AxisTest<T> test = m_pair.test(m_axis, m_ids);
             m_ids = test.ids;
-            if (test.along > m_pair.error())
+            if (kGoal == SearchGoal::Boolean && test.along > m_pair.error())
                 return false;
         }
-        m_simplex.add(m_pair.point(m_ids), m_ids);
+        add(m_ids);
         return true;
+    }
+
+    CULLET_HOST_DEVICE void add(VertexIds ids)
+    {
+        const Vec<T> point = m_pair.point(ids);
+        const T size2 = dot(point, point);
+        m_size2 = size2 > m_size2 ? size2 : m_size2;
+        m_simplex.add(point, ids);
     }
 
     CULLET_HOST_DEVICE SearchResult searchFrom(const PairSimplex& remembered)
@@ -143,7 +164,7 @@ private:
         {
             const VertexIds ids = unpacked(remembered.vertices[i]);
             if (m_simplex.count() < 4 && m_pair.areVertices(ids) && !m_simplex.has(ids))
-                m_simplex.add(m_pair.point(ids), ids);
+                add(ids);
         }
         if (m_simplex.count() == 0 && !addAxis())
             return SearchResult::Apart;
@@ -167,20 +188,26 @@ private:
             last2 = length2;
             const T scale = T(1) / rootOf(length2);
             m_axis = closest.closest() * scale;
-            const auto test = m_pair.test(m_axis, m_ids);
+            const AxisTest<T> test = m_pair.test(m_axis, m_ids);
             m_ids = test.ids;
-            if (test.along > m_pair.error())
-                return SearchResult::Apart;
             m_lower = test.along;
             m_upper = length2 * scale;
+            if (isReached())
+                return SearchResult::Apart;
             if (m_simplex.has(m_ids))
                 return resultOfBounds();
-            const Vec<T> point = m_pair.point(m_ids);
-            const T size2 = dot(point, point);
-            m_size2 = size2 > m_size2 ? size2 : m_size2;
-            m_simplex.add(point, m_ids);
+            add(m_ids);
         }
         return SearchResult::Doubtful;
+    }
+
+    /// Whether the bounds by the last axis are the goal.
+    CULLET_HOST_DEVICE bool isReached() const
+    {
+        if constexpr (kGoal == SearchGoal::Boolean)
+            return m_lower > m_pair.error();
+        else
+            return m_upper - m_lower <= T(1e-9) * m_upper;
     }
 
     CULLET_HOST_DEVICE SearchResult resultInside() const
@@ -207,6 +234,6 @@ private:
     Vec<T> m_axis;
     VertexIds m_ids;
     T m_lower = T(0), m_upper = T(INFINITY);  ///< of the distance, by the last axis
-    T m_size2 = T(0);                         ///< largest squared length of a point that was added
+    T m_size2 = T(0);                         ///< largest squared length of a point of the simplex so far
 };
 }  // namespace cullet::convex

@@ -35,4 +35,15 @@ struct alignas(16) PairAxis
     /// For the next query: the support vertices, 16 bits each; 0xffff: unknown.
     std::uint32_t vertices;
 };
+
+/// The distance of a pair, and where it is. 32 bytes.
+struct alignas(16) PairDistance
+{
+    /// Closest points, world axes, both relative to the position of the *first* body.
+    float pointA[3];
+    /// Infinity for pairs farther apart than asked for, with points 0; 0 for all that are not Apart, likewise.
+    float distance;
+    float pointB[3];
+    float unused;  ///< 0
+};
 }  // namespace cullet

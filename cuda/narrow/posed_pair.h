@@ -114,8 +114,11 @@ public:
     /// @pre areVertices(ids)
     CULLET_HOST_DEVICE Vec<T> point(VertexIds ids) const
     {
-        return m_turnA.forward(m_hullA.template vertex<T>(ids.a)) -
-               m_turnB.forward(m_hullB.template vertex<T>(ids.b)) - m_offset;
+        return pointA(ids.a) - m_turnB.forward(m_hullB.template vertex<T>(ids.b)) - m_offset;
+    }
+    CULLET_HOST_DEVICE Vec<T> pointA(std::int32_t vertex) const
+    {
+        return m_turnA.forward(m_hullA.template vertex<T>(vertex));
     }
 
     /// @param start vertices likely near the supports; any numbers

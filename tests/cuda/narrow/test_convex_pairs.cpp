@@ -92,6 +92,29 @@ TEST_P(ConvexPairs, EqualIsaGjkWhenPairsChangePlaces)
     expectGood(tally);
 }
 
+TEST_P(ConvexPairs, HaveDistancesAndClosestPointsOfGjk)
+{
+    const unsigned seed = 59;
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    ConvexScene scene(GetParam(), 1500, seed);
+    HostPairs pairs(scene.set, PsapExecutor::Shuffled, seed);
+    DistanceTally tally;
+    for (int frame = 0; frame < kFrames; ++frame)
+    {
+        const float most = frame % 2 == 0 ? std::numeric_limits<float>::infinity() : 0.025f;
+        const ConvexAnswers answers = pairs.measure(scene, most);
+        ConvexTally states;
+        checkPairs(scene, answers, states);
+        EXPECT_EQ(states.wrong + states.unproved, 0);
+        for (std::size_t k = 0; k < scene.pairs.size(); ++k)
+            checkDistance(scene, k, answers, double(most), tally);
+        scene.step();
+    }
+    EXPECT_EQ(tally.wrong, 0);
+    EXPECT_GT(tally.measured, 1500);
+    EXPECT_GT(tally.beyond, 200);
+}
+
 INSTANTIATE_TEST_SUITE_P(Host, ConvexPairs, testing::ValuesIn(kConvexKinds), nameOfKind);
 
 TEST(ConvexPairSizes, EqualIsaGjkWhereFloatUnderflowsOrOverflows)

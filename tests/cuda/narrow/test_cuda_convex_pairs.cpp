@@ -92,6 +92,27 @@ TEST_P(CudaConvexPairs, HaveBitsOfCpuExecutorWhenListChanges)
     }
 }
 
+TEST_P(CudaConvexPairs, HaveDistancesOfCpuExecutorBitByBit)
+{
+    const unsigned seed = 60;
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    ConvexScene scene(GetParam(), 5000, seed);
+    HostPairs host(scene.set, PsapExecutor::InOrder, 1);
+    CudaPairs device(scene.set);
+    ASSERT_TRUE(device.isThere()) << device.why;
+    for (const float most : {std::numeric_limits<float>::infinity(), 0.025f, 0.0f})
+    {
+        ConvexAnswers found;
+        ASSERT_EQ(device.measure(scene, most, found), Status::Ok);
+        EXPECT_EQ(found.distances.size(), scene.pairs.size());
+        EXPECT_TRUE(haveSameBits(found, host.measure(scene, most))) << most;
+        scene.step();
+        ASSERT_EQ(device.query(scene, found), Status::Ok);
+        EXPECT_TRUE(haveSameBits(found, host.query(scene))) << most;
+        EXPECT_TRUE(found.distances.empty());
+    }
+}
+
 INSTANTIATE_TEST_SUITE_P(Cuda, CudaConvexPairs, testing::ValuesIn(kConvexKinds), nameOfKind);
 
 TEST(CudaInvalidPairs, AreReportedAndLeaveOthersAlone)
@@ -139,13 +160,20 @@ std::uint64_t failEveryCallOfPairs(FaultInjection fault)
                             for (std::size_t frame = 0; frame < frames.size(); ++frame)
                             {
                                 ConvexAnswers found;
-                                Status status = device.query(frames[frame], found);
+                                // The last frame with distances.
+                                const auto query = [&]
+                                {
+                                    return frame + 1 < frames.size()
+                                               ? device.query(frames[frame], found)
+                                               : device.measure(frames[frame], 1.0f, found);
+                                };
+                                Status status = query();
                                 if (status != Status::Ok)
                                 {
                                     EXPECT_EQ(status, statusOf(fault));
                                     EXPECT_TRUE(found.states.empty());
                                     setCudaFault(FaultInjection::None, 0);
-                                    status = device.query(frames[frame], found);
+                                    status = query();
                                 }
                                 ASSERT_EQ(status, Status::Ok);
                                 EXPECT_EQ(found.states, expected[frame].states) << "frame " << frame;

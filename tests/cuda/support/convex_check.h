@@ -4,6 +4,7 @@
 
 #include "cullet/demos/scenes/hulls/distance_oracle.h"
 #include "cullet/narrow/epa/exact_penetration.h"
+#include "cullet/narrow/gjk/gjk.h"
 #include "cullet/narrow/gjk/isa_gjk.h"
 #include "cullet/tests/cuda/support/convex_scene.h"
 
@@ -24,12 +25,17 @@ struct ConvexAnswers
 {
     std::vector<PairState> states;
     std::vector<PairAxis> axes;
+    std::vector<PairDistance> distances;  ///< if asked for
 };
 
 inline bool haveSameBits(const ConvexAnswers& a, const ConvexAnswers& b)
 {
-    return a.states == b.states && a.axes.size() == b.axes.size() &&
-           std::memcmp(a.axes.data(), b.axes.data(), a.axes.size() * sizeof(PairAxis)) == 0;
+    const auto areEqual = [](const auto& listA, const auto& listB)
+    {
+        return listA.size() == listB.size() &&
+               std::memcmp(listA.data(), listB.data(), listA.size() * sizeof(listA[0])) == 0;
+    };
+    return areEqual(a.states, b.states) && areEqual(a.axes, b.axes) && areEqual(a.distances, b.distances);
 }
 
 struct ConvexTally
@@ -101,5 +107,58 @@ inline void expectGood(const ConvexTally& tally)
     EXPECT_GT(tally.overlapping, tally.pairs / 5);
     EXPECT_GT(tally.pairs - tally.overlapping, tally.pairs / 5);
     EXPECT_LT(tally.withinRounding, tally.pairs / 10);
+}
+
+struct DistanceTally
+{
+    std::int64_t measured = 0, beyond = 0, wrong = 0;
+};
+
+/// The point of a hull that is farthest along a direction, by its height.
+inline double heightAlong(const PosedHull<double>& hull, const Eigen::Vector3d& direction)
+{
+    double height = -std::numeric_limits<double>::infinity();
+    for (std::int32_t i = 0; i < hull.vertexCount(); ++i)
+        height = std::max(height, direction.dot(hull.point(i)));
+    return height;
+}
+
+/// The distance is gjkDistance()'s, the points are that far apart, along the axis, and as far out as the hulls are.
+inline void checkDistance(const ConvexScene& scene, std::size_t k, const ConvexAnswers& answers, double most,
+                          DistanceTally& tally)
+{
+    const RowPair pair = scene.pairs[k];
+    const PairDistance& found = answers.distances[k];
+    if (answers.states[k] != PairState::Apart)
+    {
+        EXPECT_EQ(found.distance, 0.0f);
+        return;
+    }
+    const PosedHull<double> a = scene.posed(pair.a), b = scene.posed(pair.b);
+    GjkCache<double> cache;
+    const double expected = gjkDistance(a, b, std::numeric_limits<double>::infinity(), cache).distance;
+    const double band = 2e-7 * scene.sizeOf(pair);
+    if (std::isinf(found.distance))
+    {
+        ++tally.beyond;
+        tally.wrong += !(expected > most - band);
+        return;
+    }
+    ++tally.measured;
+    const Eigen::Vector3d onA = Eigen::Map<const Eigen::Vector3f>(found.pointA).cast<double>();
+    const Eigen::Vector3d onB = Eigen::Map<const Eigen::Vector3f>(found.pointB).cast<double>();
+    const Eigen::Vector3d axis = Eigen::Map<const Eigen::Vector3f>(answers.axes[k].axis).cast<double>();
+    // Points in float, and a long lever of the axis.
+    const bool isRight =
+        std::abs(found.distance - expected) <= band && found.distance <= most + band &&
+        std::abs((onA - onB).norm() - expected) <= 2 * band &&
+        std::abs(-axis.dot(onA) - heightAlong(a, -axis)) <= 4 * band &&
+        std::abs(axis.dot(onB - (b.origin() - a.origin())) - heightAlong(b, axis)) <= 4 * band;
+    tally.wrong += !isRight;
+    EXPECT_TRUE(isRight || tally.wrong > 5)
+        << "pair " << k << " hulls " << scene.poses[pair.a].hull << " " << scene.poses[pair.b].hull
+        << " distance " << found.distance << " instead of " << expected << ", points " << (onA - onB).norm()
+        << ", heights " << -axis.dot(onA) - heightAlong(a, -axis) << " "
+        << axis.dot(onB - (b.origin() - a.origin())) - heightAlong(b, axis) << " band " << band;
 }
 }  // namespace cullet::test

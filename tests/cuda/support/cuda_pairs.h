@@ -63,19 +63,34 @@ public:
     Status query(const ConvexBodies& bodies, ConvexAnswers& answers)
     {
         upload(bodies);
-        const DeviceBodies input = {m_poses.data(), static_cast<std::uint32_t>(bodies.poses.size())};
-        Status status = m_pairs->enqueue(input, m_list.data(), bodies.pairs.size());
-        DevicePairAnswers found;
-        if (status == Status::Ok)
-            status = m_pairs->collect(found, counts);
-        answers = {downloaded(found.states, found.count), downloaded(found.axes, found.count)};
-        return status;
+        return collect(m_pairs->enqueue(inputOf(bodies), m_list.data(), bodies.pairs.size()), answers);
+    }
+    Status measure(const ConvexBodies& bodies, float most, ConvexAnswers& answers)
+    {
+        upload(bodies);
+        return collect(m_pairs->enqueueDistances(inputOf(bodies), m_list.data(), bodies.pairs.size(), most),
+                       answers);
     }
 
     std::string why;
     ConvexPairCounts counts;
 
 private:
+    DeviceBodies inputOf(const ConvexBodies& bodies) const
+    {
+        return {m_poses.data(), static_cast<std::uint32_t>(bodies.poses.size())};
+    }
+
+    Status collect(Status status, ConvexAnswers& answers)
+    {
+        DevicePairAnswers found;
+        if (status == Status::Ok)
+            status = m_pairs->collect(found, counts);
+        answers = {downloaded(found.states, found.count), downloaded(found.axes, found.count),
+                   downloaded(found.distances, found.distances != nullptr ? found.count : 0)};
+        return status;
+    }
+
     std::unique_ptr<DeviceConvexPairs> m_pairs;
     DeviceArray<BodyPose> m_poses;
     DeviceArray<RowPair> m_list;

@@ -31,15 +31,33 @@ public:
 
     ConvexAnswers query(const ConvexBodies& bodies)
     {
+        m_queries.launch(m_exec, inputOf(bodies));
+        return answersOf(bodies.pairs.size());
+    }
+    ConvexAnswers measure(const ConvexBodies& bodies, float most)
+    {
+        m_queries.launchDistances(m_exec, inputOf(bodies), most);
         const std::size_t count = bodies.pairs.size();
-        m_queries.launch(m_exec, {bodies.poses.data(), static_cast<std::uint32_t>(bodies.poses.size()),
-                                  bodies.pairs.data(), static_cast<std::uint32_t>(count)});
-        return {{m_queries.states(), m_queries.states() + count},
-                {m_queries.axes(), m_queries.axes() + count}};
+        ConvexAnswers answers = answersOf(count);
+        answers.distances.assign(m_queries.distances(), m_queries.distances() + count);
+        return answers;
     }
     const convex::PairCounts& counts() const { return m_queries.counts(); }
 
 private:
+    static convex::PairInput inputOf(const ConvexBodies& bodies)
+    {
+        return {bodies.poses.data(), static_cast<std::uint32_t>(bodies.poses.size()), bodies.pairs.data(),
+                static_cast<std::uint32_t>(bodies.pairs.size())};
+    }
+
+    ConvexAnswers answersOf(std::size_t count) const
+    {
+        return {{m_queries.states(), m_queries.states() + count},
+                {m_queries.axes(), m_queries.axes() + count},
+                {}};
+    }
+
     static PsapOptions optionsFor(PsapExecutor order, std::uint32_t seed)
     {
         PsapOptions options;
