@@ -69,7 +69,7 @@ private:
         else if (along >= length2)
             offer(b, bitB);
         else
-            offer(a + edge * (along / length2), bitA | bitB);
+            offer(mulAdd(edge, along / length2, a), bitA | bitB);
     }
 
     CULLET_HOST_DEVICE void offerTriangle(const Vec<T>& a, const Vec<T>& b, const Vec<T>& c, unsigned bitA,

@@ -5,6 +5,7 @@
 #include "cullet/cuda/narrow/pair_kernels.cuh"
 #include "cullet/cuda/narrow/pair_queries.h"
 #include "cullet/cuda/runtime/cuda_device.h"
+#include "cullet/cuda/runtime/graph_launches.cuh"
 
 #include <limits>
 #include <memory>
@@ -24,18 +25,13 @@ public:
 
     Status enqueue(const DeviceBodies& bodies, const RowPair* pairs, std::uint64_t count) override
     {
-        return enqueueWith({bodies.poses, bodies.bodies, pairs, 0}, count,
-                           [&](const convex::PairInput& input) { m_queries.launch(m_exec, input); });
+        return enqueueWith(bodies, pairs, count, nullptr);
     }
 
     Status enqueueDistances(const DeviceBodies& bodies, const RowPair* pairs, std::uint64_t count,
                             float maxDistance) override
     {
-        const Status status = enqueueWith({bodies.poses, bodies.bodies, pairs, 0}, count,
-                                          [&](const convex::PairInput& input)
-                                          { m_queries.launchDistances(m_exec, input, maxDistance); });
-        m_isMeasured = status == Status::Ok;
-        return status;
+        return enqueueWith(bodies, pairs, count, &maxDistance);
     }
 
     DevicePairAnswers ahead() const override
@@ -79,9 +75,9 @@ private:
         return convex::PairQueries<convex::CudaPairExec>(exec, hulls);
     }
 
-    /// Calls launch() with the input and its count.
-    template <class Launch>
-    Status enqueueWith(convex::PairInput input, std::uint64_t count, const Launch& launch)
+    /// @param maxDistance null: no distances
+    Status enqueueWith(const DeviceBodies& bodies, const RowPair* pairs, std::uint64_t count,
+                       const float* maxDistance)
     {
         m_isMeasured = false;
         if (count > std::numeric_limits<std::uint32_t>::max())
@@ -89,28 +85,57 @@ private:
             forget();
             return Status::OutOfMemory;
         }
-        input.count = static_cast<std::uint32_t>(count);
+        const convex::PairInput input = {bodies.poses, bodies.bodies, pairs,
+                                         static_cast<std::uint32_t>(count)};
         return psap::guarded(
             m_exec,
             [&]
             {
+                m_queries.prepare(m_exec, input.count, maxDistance != nullptr);
                 launch(input);
+                if (maxDistance != nullptr)
+                    m_queries.launchDistances(m_exec, input, *maxDistance);
                 m_exec.mark();
                 m_count = count;
+                m_isMeasured = maxDistance != nullptr;
                 m_isPending = true;
             },
             [&] { drop(); });
     }
 
+    /// Launches a query; from the second one with the same addresses on by one call.
+    void launch(const convex::PairInput& input)
+    {
+        const auto launchAll = [&] { m_queries.launch(m_exec, input); };
+        if (isSame(input, m_input))
+        {
+            m_launches.launch(m_exec.stream(), 0, 0, launchAll);
+            return;
+        }
+        m_launches.drop();
+        m_input = input;
+        launchAll();
+    }
+
+    static bool isSame(const convex::PairInput& a, const convex::PairInput& b)
+    {
+        return a.poses == b.poses && a.bodies == b.bodies && a.pairs == b.pairs && a.count == b.count;
+    }
+
     void drop()
     {
         m_queries.forget();
+        m_launches.drop();
+        m_input = {};
         m_count = 0;
+        m_isMeasured = false;
         m_isPending = false;
     }
 
     convex::CudaPairExec m_exec;  ///< declared before the buffers, which use its memory
     convex::PairQueries<convex::CudaPairExec> m_queries;
+    psap::GraphLaunches<1> m_launches;
+    convex::PairInput m_input;  ///< of the last query
     std::uint64_t m_count = 0;
     bool m_isPending = false;   ///< a query has been launched
     bool m_isMeasured = false;  ///< with distances

@@ -46,6 +46,13 @@ public:
                 [&](std::uint64_t i) { search(queues.searched[count - 1 - i], PairRoute::Remembered); });
     }
 
+    /// Calls step(0).
+    template <class Step>
+    void forOne(const Step& step)
+    {
+        forEach(1, step);
+    }
+
     /// Calls step(pair) for each pair.
     void measureDistances(std::uint32_t count, const MeasureDistances& step) { forEach(count, step); }
 

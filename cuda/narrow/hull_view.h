@@ -24,10 +24,15 @@ class HullView
 {
 public:
     HullView() = default;
+    /// @param tables outlive this object
+    /// @pre hull < tables.hulls
     CULLET_HOST_DEVICE HullView(const HullTables& tables, std::uint32_t hull)
-        : m_row(tables.rows[hull]),
-          m_lanes(tables.lanes + std::uint64_t{m_row.first} * kBlockLanes),
-          m_starts(tables.starts + std::uint64_t{hull} * kStarts)
+        : HullView(tables, hull, tables.rows[hull])
+    {
+    }
+    /// @param row of that hull
+    CULLET_HOST_DEVICE HullView(const HullTables& tables, std::uint32_t hull, const HullRow& row)
+        : m_tables(&tables), m_row(row), m_hull(hull)
     {
     }
 
@@ -99,7 +104,7 @@ public:
     template <class T>
     CULLET_HOST_DEVICE static T productOf(const HullLane& lane, const Vec<T>& d)
     {
-        return T(lane.x) * d.x + T(lane.y) * d.y + T(lane.z) * d.z;
+        return dot(Vec<T>{T(lane.x), T(lane.y), T(lane.z)}, d);
     }
 
 private:
@@ -113,7 +118,8 @@ private:
     CULLET_HOST_DEVICE std::uint32_t stride() const { return isClimbable() ? kBlockLanes : 1; }
     CULLET_HOST_DEVICE const HullLane* lanesAt(std::int32_t block) const
     {
-        return m_lanes + std::uint64_t{static_cast<std::uint32_t>(block)} * kBlockLanes;
+        return m_tables->lanes +
+               (std::uint64_t{m_row.first} + static_cast<std::uint32_t>(block)) * kBlockLanes;
     }
 
     template <class T>
@@ -174,7 +180,8 @@ private:
         const T half = T(kCells) / T(2), scale = half / magnitude(along);
         const int side = 2 * axis + (along < T(0) ? 1 : 0);
         const int cell = (side * kCells + cellOf(right * scale + half)) * kCells + cellOf(up * scale + half);
-        const std::int32_t start = m_starts[cell];
+        const std::int32_t start =
+            m_tables->starts[std::uint64_t{m_hull} * kStarts + static_cast<std::uint32_t>(cell)];
         return isVertex(start) ? start : 0;
     }
 
@@ -185,8 +192,9 @@ private:
         return place > T(0) ? static_cast<int>(place < T(8) ? place : T(7)) : 0;
     }
 
+    // Addresses are computed where they are needed: in a kernel the tables are constants.
+    const HullTables* m_tables = nullptr;
     HullRow m_row = {};
-    const HullLane* m_lanes = nullptr;  ///< from its first block on
-    const std::uint16_t* m_starts = nullptr;
+    std::uint32_t m_hull = 0;
 };
 }  // namespace cullet::convex

@@ -47,10 +47,10 @@ struct MeasureDistances
     {
         const auto pair = static_cast<std::uint32_t>(i);
         distances[pair] = {};
-        BodyPose a, b;
-        if (memory.states[pair] != PairState::Apart || !reader.read(pair, a, b))
+        ReadPair bodies;
+        if (memory.states[pair] != PairState::Apart || !reader.read(reader.input.pairs[pair], bodies))
             return;
-        const PosedPair<double> posed(reader.hulls, a, b);
+        const PosedPair<double> posed = bodies.posed<double>();
         PairAxis axis = memory.axes[pair];
         if (isFartherAlong(posed, axis) || !measure(posed, axis, pair))
             distances[pair].distance = INFINITY;
@@ -79,8 +79,8 @@ private:
         {
             if (k >= simplex.count())
                 continue;
-            closest = closest + simplex.points()[k] * weights[k];
-            onA = onA + posed.pointA(simplex.ids()[k].a) * weights[k];
+            closest = mulAdd(simplex.points()[k], weights[k], closest);
+            onA = mulAdd(posed.pointA(simplex.ids()[k].a), weights[k], onA);
         }
         const double distance = rootOf(dot(closest, closest));
         if (distance > double(most))

@@ -9,7 +9,8 @@
 #include <algorithm>
 #include <cstdint>
 
-/// The kernels of convex pairs, and the executor that launches them.
+/// The kernels of convex pairs, and the executor that launches them. Steps are grid constants, since views of hulls point into
+/// them: else each thread would copy them.
 namespace cullet::convex
 {
 inline constexpr unsigned kPairThreads = 128;
@@ -74,10 +75,10 @@ __device__ inline Support<float> supportsTogether(const HullLane* lanes, bool is
     return side.hull.support(side.direction, isClimbing ? start : side.start);
 }
 
-/// A thread for each pair.
+/// A thread for each pair. Fewer registers than the compiler would like, since the loads of a pair follow from each other.
 template <class Step>
-__global__ void __launch_bounds__(kPairThreads)
-    routePairs(std::uint32_t count, const Step step, const PairQueues queues)
+__global__ void __launch_bounds__(kPairThreads, 8)
+    routePairs(std::uint32_t count, const __grid_constant__ Step step, const PairQueues queues)
 {
     const std::uint64_t i = std::uint64_t{blockIdx.x} * blockDim.x + threadIdx.x;
     const auto pair = static_cast<std::uint32_t>(i);
@@ -98,7 +99,7 @@ __global__ void __launch_bounds__(kPairThreads)
 /// A thread for each queued pair. Whole warps for either end of the queue, since remembered pairs take another way.
 template <class Step>
 __global__ void __launch_bounds__(kPairThreads)
-    searchQueue(std::uint32_t count, const Step step, const PairQueues queues)
+    searchQueue(std::uint32_t count, const __grid_constant__ Step step, const PairQueues queues)
 {
     const std::uint64_t failed = queues.counts->failed, remembered = queues.counts->remembered;
     const std::uint64_t failedLanes = (failed + 31) / 32 * 32;
@@ -116,7 +117,8 @@ __global__ void __launch_bounds__(kPairThreads)
 }
 
 template <class Step>
-__global__ void __launch_bounds__(kPairThreads) searchDoubtful(const Step step, const PairQueues queues)
+__global__ void __launch_bounds__(kPairThreads)
+    searchDoubtful(const __grid_constant__ Step step, const PairQueues queues)
 {
     const std::uint64_t doubtful = queues.counts->doubtful;
     const std::uint64_t stride = std::uint64_t{gridDim.x} * blockDim.x;
@@ -125,7 +127,14 @@ __global__ void __launch_bounds__(kPairThreads) searchDoubtful(const Step step, 
 }
 
 template <class Step>
-__global__ void __launch_bounds__(kPairThreads) measurePairs(std::uint32_t count, const Step step)
+__global__ void runOnce(const __grid_constant__ Step step)
+{
+    step(0);
+}
+
+template <class Step>
+__global__ void __launch_bounds__(kPairThreads)
+    measurePairs(std::uint32_t count, const __grid_constant__ Step step)
 {
     const std::uint64_t pair = std::uint64_t{blockIdx.x} * blockDim.x + threadIdx.x;
     if (pair < count)
@@ -148,13 +157,20 @@ public:
 
     void searchInFloat(std::uint32_t count, const SearchInFloat& step, const PairQueues& queues)
     {
-        psap::launch(stream(), searchQueue<SearchInFloat>, threadsFor(count), kPairThreads, count, step,
+        psap::launch(stream(), searchQueue<SearchInFloat>, threadsFor(count, 16), kPairThreads, count, step,
                      queues);
     }
 
     void searchInDouble(std::uint32_t count, const SearchInDouble& step, const PairQueues& queues)
     {
-        psap::launch(stream(), searchDoubtful<SearchInDouble>, threadsFor(count), kPairThreads, step, queues);
+        psap::launch(stream(), searchDoubtful<SearchInDouble>, threadsFor(count, 2), kPairThreads, step,
+                     queues);
+    }
+
+    template <class Step>
+    void forOne(const Step& step)
+    {
+        psap::launch(stream(), runOnce<Step>, 1, 1, step);
     }
 
     void measureDistances(std::uint32_t count, const MeasureDistances& step)
@@ -170,12 +186,13 @@ private:
         return options;
     }
 
-    /// As many as the device holds at once: the length of a queue is known there only.
-    std::uint64_t threadsFor(std::uint32_t count) const
+    /// Threads for a queue, the length of which is known to the device only.
+    ///
+    /// @param blocks of each multiprocessor, at most
+    std::uint64_t threadsFor(std::uint32_t count, std::uint64_t blocks) const
     {
-        constexpr std::uint64_t kBlocksPerMultiprocessor = 16;
-        return std::min<std::uint64_t>(
-            count, static_cast<std::uint64_t>(m_multiprocessors) * kBlocksPerMultiprocessor * kPairThreads);
+        return std::min(std::uint64_t{count},
+                        static_cast<std::uint64_t>(m_multiprocessors) * blocks * kPairThreads);
     }
 
     int m_multiprocessors = 0;

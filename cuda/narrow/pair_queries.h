@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <utility>
 
 namespace cullet::convex
 {
@@ -28,33 +29,45 @@ public:
         m_tables = {m_rows.data(), m_lanes.data(), m_starts.data(), hulls.size()};
     }
 
-    /// Launches a query. Waits only where memory has to grow.
-    void launch(Exec& exec, const PairInput& input)
+    /// Makes room for a query, and remembers nothing of pairs that were in no list before. Waits where memory has to grow.
+    ///
+    /// @param isMeasured distances are asked for
+    void prepare(Exec& exec, std::uint32_t count, bool isMeasured)
     {
-        reserve(exec, input.count);
-        exec.clear(m_counts.data(), 1);
-        const PairReader reader = {m_tables, input};
-        const PairMemory memory = {m_axes.data(), m_simplices.data(), m_states.data()};
-        const PairQueues queues = {m_searched.data(), m_doubtful.data(), m_counts.data()};
-        exec.testAxes(input.count, {reader, memory, m_counts.data()}, queues);
-        exec.searchInFloat(input.count, {{reader, memory, m_counts.data()}}, queues);
-        exec.searchInDouble(input.count, {{reader, memory, m_counts.data()}}, queues);
-        exec.download(m_fetched.data(), m_counts.data(), 1);
+        reserve(exec, count);
+        if (isMeasured)
+            exec.reserve(m_distances, std::max(count, 1u));
+        if (!std::exchange(m_areCountsClear, true))
+            exec.clear(m_counts.data(), 1);
+        m_fetchedOnDevice = exec.mappedForWriting(m_fetched.data());
     }
 
-    /// launch(), and the distances of pairs that are no farther apart than that.
+    /// Launches a query. Allocates nothing, so that the launches can be recorded.
+    ///
+    /// @pre prepare()
+    void launch(Exec& exec, const PairInput& input)
+    {
+        const PairQueues queues = {m_searched.data(), m_doubtful.data(), m_counts.data()};
+        exec.testAxes(input.count, {readerOf(input), memory(), m_counts.data()}, queues);
+        exec.searchInFloat(input.count, {{readerOf(input), memory(), m_counts.data()}}, queues);
+        exec.searchInDouble(input.count, {{readerOf(input), memory(), m_counts.data()}}, queues);
+        exec.forOne(HandOverCounts{m_counts.data(), m_fetchedOnDevice});
+    }
+
+    /// Launches the measurement of pairs that are no farther apart than that.
+    ///
+    /// @pre launch() with the same input
     void launchDistances(Exec& exec, const PairInput& input, float most)
     {
-        exec.reserve(m_distances, std::max(input.count, 1u));
-        launch(exec, input);
-        exec.measureDistances(input.count, {{m_tables, input},
-                                            {m_axes.data(), m_simplices.data(), m_states.data()},
-                                            m_distances.data(),
-                                            most});
+        exec.measureDistances(input.count, {readerOf(input), memory(), m_distances.data(), most});
     }
 
     /// Forgets all pairs, also after a failure.
-    void forget() { m_remembered = 0; }
+    void forget()
+    {
+        m_remembered = 0;
+        m_areCountsClear = false;
+    }
 
     const PairState* states() const { return m_states.data(); }
     const PairAxis* axes() const { return m_axes.data(); }
@@ -73,6 +86,9 @@ private:
         exec.reserve(to, std::max<std::uint64_t>(count, 1));
         exec.uploadAndWait(to.data(), from, count);
     }
+
+    PairReader readerOf(const PairInput& input) const { return {m_tables, input}; }
+    PairMemory memory() const { return {m_axes.data(), m_simplices.data(), m_states.data()}; }
 
     void reserve(Exec& exec, std::uint32_t count)
     {
@@ -94,6 +110,7 @@ private:
 
     HullTables m_tables;
     std::uint64_t m_remembered = 0;  ///< pairs that have a memory
+    bool m_areCountsClear = false;
     Buffer<HullRow> m_rows;
     Buffer<HullLane> m_lanes;
     Buffer<std::uint16_t> m_starts;
@@ -104,5 +121,6 @@ private:
     Buffer<std::uint32_t> m_searched, m_doubtful;
     Buffer<PairCounts> m_counts;
     typename Exec::template Staging<PairCounts> m_fetched;
+    PairCounts* m_fetchedOnDevice = nullptr;
 };
 }  // namespace cullet::convex

@@ -55,26 +55,38 @@ struct PairQueues
     PairCounts* counts = nullptr;
 };
 
+/// The bodies of a pair of the list.
+struct ReadPair
+{
+    BodyPose a = {}, b = {};
+    HullView hullA, hullB;
+
+    template <class T>
+    CULLET_HOST_DEVICE PosedPair<T> posed() const
+    {
+        return PosedPair<T>(hullA, hullB, a, b);
+    }
+};
+
 /// Reads what a pair of the list refers to.
 struct PairReader
 {
     HullTables hulls;
     PairInput input;
 
-    CULLET_HOST_DEVICE bool isHullUsable(std::uint32_t hull) const
-    {
-        return hull < hulls.hulls && HullView(hulls, hull).vertexCount() > 0;
-    }
-
     /// @return false for an invalid pair
-    CULLET_HOST_DEVICE bool read(std::uint32_t pair, BodyPose& a, BodyPose& b) const
+    CULLET_HOST_DEVICE bool read(RowPair rows, ReadPair& pair) const
     {
-        const RowPair rows = input.pairs[pair];
         if (rows.a >= input.bodies || rows.b >= input.bodies)
             return false;
-        a = input.poses[rows.a];
-        b = input.poses[rows.b];
-        return isUsable(a) && isUsable(b) && isHullUsable(a.hull) && isHullUsable(b.hull);
+        pair.a = input.poses[rows.a];
+        pair.b = input.poses[rows.b];
+        if (pair.a.hull >= hulls.hulls || pair.b.hull >= hulls.hulls)
+            return false;
+        pair.hullA = HullView(hulls, pair.a.hull);
+        pair.hullB = HullView(hulls, pair.b.hull);
+        return isUsable(pair.a) && isUsable(pair.b) && pair.hullA.vertexCount() > 0 &&
+               pair.hullB.vertexCount() > 0;
     }
 };
 
@@ -94,6 +106,7 @@ struct TestAxes
         float least;          ///< what proves a gap
         std::uint32_t known;  ///< PairAxis::vertices of the axis
         bool isNew;           ///< it is not the remembered axis
+        PairState state;      ///< of the last query
     };
 
     CULLET_HOST_DEVICE PairRoute operator()(std::uint32_t pair) const
@@ -106,17 +119,20 @@ struct TestAxes
     /// @param query [out] set where the result is Asked
     CULLET_HOST_DEVICE PairRoute begin(std::uint32_t pair, Query& query) const
     {
-        BodyPose a, b;
-        if (!reader.read(pair, a, b))
+        // All loads that need no other one come first.
+        const RowPair rows = reader.input.pairs[pair];
+        const PairAxis remembered = memory.axes[pair];
+        query.state = memory.states[pair];
+        ReadPair bodies;
+        if (!reader.read(rows, bodies))
         {
             memory.states[pair] = PairState::Invalid;
             fetchAdd(&counts->invalid, 1);
             return PairRoute::Done;
         }
-        if (memory.states[pair] == PairState::Overlapping)
+        if (query.state == PairState::Overlapping)
             return PairRoute::Remembered;
-        const PairAxis remembered = memory.axes[pair];
-        const PosedPair<float> posed(reader.hulls, a, b);
+        const PosedPair<float> posed = bodies.posed<float>();
         query.axis = {remembered.axis[0], remembered.axis[1], remembered.axis[2]};
         query.known = remembered.vertices;
         const float length2 = dot(query.axis, query.axis);
@@ -145,7 +161,8 @@ struct TestAxes
             memory.axes[pair] = {{query.axis.x, query.axis.y, query.axis.z}, now};
         if (!(test.along > query.least))
             return PairRoute::Failed;
-        memory.states[pair] = PairState::Apart;
+        if (query.state != PairState::Apart)
+            memory.states[pair] = PairState::Apart;
         return PairRoute::Done;
     }
 
@@ -171,12 +188,15 @@ struct SearchPair
     /// @return false if the pair is doubtful
     CULLET_HOST_DEVICE bool search(std::uint32_t pair, SearchStart start) const
     {
-        BodyPose a, b;
-        if (!reader.read(pair, a, b))
+        PairAxis axis = memory.axes[pair];
+        PairSimplex simplex = memory.simplices[pair];
+        ReadPair bodies;
+        if (!reader.read(reader.input.pairs[pair], bodies))
             return true;
-        const PosedPair<T> posed(reader.hulls, a, b);
-        const SearchResult result =
-            PairSearch<T>(posed).run(memory.axes[pair], memory.simplices[pair], start);
+        const PosedPair<T> posed = bodies.template posed<T>();
+        const SearchResult result = PairSearch<T>(posed).run(axis, simplex, start);
+        memory.axes[pair] = axis;
+        memory.simplices[pair] = simplex;
         if (result == SearchResult::Doubtful)
             return false;
         store(pair, result == SearchResult::Apart ? PairState::Apart : PairState::Overlapping);
@@ -217,6 +237,19 @@ struct SearchInDouble
         search.memory.simplices[pair] = {{kNoVertices, kNoVertices, kNoVertices, kNoVertices}};
         if (!search.search(pair, SearchStart::Axis))
             search.store(pair, PairState::Undecided);
+    }
+};
+
+/// Hands the counts to the CPU, and begins new ones.
+struct HandOverCounts
+{
+    PairCounts* counts;
+    PairCounts* fetched;  ///< memory that the CPU reads
+
+    CULLET_HOST_DEVICE void operator()(std::uint64_t) const
+    {
+        *fetched = *counts;
+        *counts = {};
     }
 };
 }  // namespace cullet::convex

@@ -87,10 +87,11 @@ template <class T>
 class PosedPair
 {
 public:
-    /// @pre both poses are usable, and their hulls are in the tables and have points
-    CULLET_HOST_DEVICE PosedPair(const HullTables& tables, const BodyPose& a, const BodyPose& b)
-        : m_hullA(tables, a.hull),
-          m_hullB(tables, b.hull),
+    /// @pre both poses are usable, and the hulls have points
+    CULLET_HOST_DEVICE PosedPair(const HullView& hullA, const HullView& hullB, const BodyPose& a,
+                                 const BodyPose& b)
+        : m_hullA(hullA),
+          m_hullB(hullB),
           m_turnA(turnOf(T(a.rotation[0]), T(a.rotation[1]), T(a.rotation[2]), T(a.rotation[3]))),
           m_turnB(turnOf(T(b.rotation[0]), T(b.rotation[1]), T(b.rotation[2]), T(b.rotation[3]))),
           m_offset{T(b.position[0]) - T(a.position[0]), T(b.position[1]) - T(a.position[1]),

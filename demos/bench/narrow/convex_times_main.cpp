@@ -50,8 +50,12 @@ int main(int argc, char** argv)
         }
         options.vertices = vertices.front();
         options.degrees = 0.05;
-        options.shares = {95, 4};
-        print(options);
+        // Nearly all of the last is the test of axes.
+        for (const GapShares& shares : {GapShares{95, 4}, GapShares{100, 0}})
+        {
+            options.shares = shares;
+            print(options);
+        }
     }
     catch (const std::exception& error)
     {

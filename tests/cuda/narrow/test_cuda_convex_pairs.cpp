@@ -135,14 +135,15 @@ TEST(CudaInvalidPairs, AreReportedAndLeaveOthersAlone)
     EXPECT_EQ(other.counts.invalid, 5u);
 }
 
-/// Each call fails once, in three frames; the same frame is then right. Returns the number of calls.
+/// Each call fails once, in five frames; the same frame is then right. Returns the number of calls.
 std::uint64_t failEveryCallOfPairs(FaultInjection fault)
 {
     ConvexScene scene(ConvexKind::Regular, 300, 57);
     HostPairs host(scene.set, PsapExecutor::InOrder, 1);
     std::vector<ConvexBodies> frames;
     std::vector<ConvexAnswers> expected;
-    for (const std::size_t count : {10, 300, 200})
+    // Launches are recorded with the second query of a list, and launched again with the third.
+    for (const std::size_t count : {10, 300, 300, 300, 200})
     {
         frames.push_back(scene);
         frames.back().pairs.resize(count);

@@ -33,7 +33,8 @@ inline bool haveSameBits(const ConvexAnswers& a, const ConvexAnswers& b)
     const auto areEqual = [](const auto& listA, const auto& listB)
     {
         return listA.size() == listB.size() &&
-               std::memcmp(listA.data(), listB.data(), listA.size() * sizeof(listA[0])) == 0;
+               (listA.empty() ||
+                std::memcmp(listA.data(), listB.data(), listA.size() * sizeof(listA[0])) == 0);
     };
     return areEqual(a.states, b.states) && areEqual(a.axes, b.axes) && areEqual(a.distances, b.distances);
 }

@@ -31,11 +31,14 @@ public:
 
     ConvexAnswers query(const ConvexBodies& bodies)
     {
+        m_queries.prepare(m_exec, inputOf(bodies).count, false);
         m_queries.launch(m_exec, inputOf(bodies));
         return answersOf(bodies.pairs.size());
     }
     ConvexAnswers measure(const ConvexBodies& bodies, float most)
     {
+        m_queries.prepare(m_exec, inputOf(bodies).count, true);
+        m_queries.launch(m_exec, inputOf(bodies));
         m_queries.launchDistances(m_exec, inputOf(bodies), most);
         const std::size_t count = bodies.pairs.size();
         ConvexAnswers answers = answersOf(count);
