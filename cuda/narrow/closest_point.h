@@ -37,7 +37,7 @@ public:
         else if (count == 2)
             offerSegment(points[0], points[1], 1u, 2u);
         else if (count == 3)
-            offerTriangle(points[0], points[1], points[2], 1u, 2u, 4u);
+            offerTriangle(points[0], points[1], points[2]);
         else
             offerTetrahedron(points);
     }
@@ -72,24 +72,30 @@ private:
             offer(mulAdd(edge, along / length2, a), bitA | bitB);
     }
 
-    CULLET_HOST_DEVICE void offerTriangle(const Vec<T>& a, const Vec<T>& b, const Vec<T>& c, unsigned bitA,
-                                          unsigned bitB, unsigned bitC)
+    /// Offers the point of a triangle's plane if it is inside of the triangle.
+    ///
+    /// @return false if it is not, so that the closest point is on an edge
+    CULLET_HOST_DEVICE bool offerFace(const Vec<T>& a, const Vec<T>& b, const Vec<T>& c, unsigned members)
     {
         const Vec<T> ab = b - a, ac = c - a, normal = cross(ab, ac);
         const T area2 = dot(normal, normal);
-        if (area2 > Flatness<T>::kArea2 * dot(ab, ab) * dot(ac, ac))
-        {
-            const Vec<T> across = cross(normal, a);
-            const T weightB = -dot(ac, across), weightC = dot(ab, across);
-            if (area2 - weightB - weightC > T(0) && weightB > T(0) && weightC > T(0))
-            {
-                offer(normal * (dot(a, normal) / area2), bitA | bitB | bitC);
-                return;
-            }
-        }
-        offerSegment(a, b, bitA, bitB);
-        offerSegment(b, c, bitB, bitC);
-        offerSegment(c, a, bitC, bitA);
+        if (!(area2 > Flatness<T>::kArea2 * dot(ab, ab) * dot(ac, ac)))
+            return false;
+        const Vec<T> across = cross(normal, a);
+        const T weightB = -dot(ac, across), weightC = dot(ab, across);
+        if (!(area2 - weightB - weightC > T(0) && weightB > T(0) && weightC > T(0)))
+            return false;
+        offer(normal * (dot(a, normal) / area2), members);
+        return true;
+    }
+
+    CULLET_HOST_DEVICE void offerTriangle(const Vec<T>& a, const Vec<T>& b, const Vec<T>& c)
+    {
+        if (offerFace(a, b, c, 7u))
+            return;
+        offerSegment(a, b, 1u, 2u);
+        offerSegment(b, c, 2u, 4u);
+        offerSegment(c, a, 4u, 1u);
     }
 
     CULLET_HOST_DEVICE void offerTetrahedron(const Vec<T> (&p)[4])
@@ -104,14 +110,29 @@ private:
         const bool isBeyond2 = isFlat || sign * dot(p[3], opposite2) > T(0);
         const bool isBeyond3 = isFlat || sign * dot(p[0], opposite3) < T(0);
         m_isInside = !(isBeyond0 || isBeyond1 || isBeyond2 || isBeyond3);
-        if (isBeyond0)
-            offerTriangle(p[1], p[2], p[3], 2u, 4u, 8u);
-        if (isBeyond1)
-            offerTriangle(p[0], p[2], p[3], 1u, 4u, 8u);
-        if (isBeyond2)
-            offerTriangle(p[0], p[1], p[3], 1u, 2u, 8u);
-        if (isBeyond3)
-            offerTriangle(p[0], p[1], p[2], 1u, 2u, 4u);
+        // An edge of two faces is offered once.
+        constexpr unsigned k01 = 1, k02 = 2, k03 = 4, k12 = 8, k13 = 16, k23 = 32;
+        unsigned edges = 0;
+        if (isBeyond0 && !offerFace(p[1], p[2], p[3], 14u))
+            edges |= k12 | k13 | k23;
+        if (isBeyond1 && !offerFace(p[0], p[2], p[3], 13u))
+            edges |= k02 | k03 | k23;
+        if (isBeyond2 && !offerFace(p[0], p[1], p[3], 11u))
+            edges |= k01 | k03 | k13;
+        if (isBeyond3 && !offerFace(p[0], p[1], p[2], 7u))
+            edges |= k01 | k02 | k12;
+        if ((edges & k01) != 0)
+            offerSegment(p[0], p[1], 1u, 2u);
+        if ((edges & k02) != 0)
+            offerSegment(p[0], p[2], 1u, 4u);
+        if ((edges & k03) != 0)
+            offerSegment(p[0], p[3], 1u, 8u);
+        if ((edges & k12) != 0)
+            offerSegment(p[1], p[2], 2u, 4u);
+        if ((edges & k13) != 0)
+            offerSegment(p[1], p[3], 2u, 8u);
+        if ((edges & k23) != 0)
+            offerSegment(p[2], p[3], 4u, 8u);
     }
 
     Vec<T> m_closest = {T(0), T(0), T(0)};
