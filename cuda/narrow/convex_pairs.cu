@@ -23,20 +23,44 @@ public:
     {
     }
 
-    Status enqueue(const DeviceBodies& bodies, const RowPair* pairs, std::uint64_t count) override
+    Status enqueue(const DeviceBodies& bodies, const RowPair* pairs, std::uint64_t count,
+                   const ConvexQuery& query) override
     {
-        return enqueueWith(bodies, pairs, count, nullptr);
-    }
-
-    Status enqueueDistances(const DeviceBodies& bodies, const RowPair* pairs, std::uint64_t count,
-                            float maxDistance) override
-    {
-        return enqueueWith(bodies, pairs, count, &maxDistance);
+        m_extras = {};
+        if (count > std::numeric_limits<std::uint32_t>::max())
+        {
+            forget();
+            return Status::OutOfMemory;
+        }
+        const convex::PairInput input = {bodies.poses, bodies.bodies, pairs,
+                                         static_cast<std::uint32_t>(count)};
+        // A NaN asks for none.
+        const convex::QueryExtras extras = {query.maxDistance >= 0.0f, query.listOverlaps};
+        return psap::guarded(
+            m_exec,
+            [&]
+            {
+                m_queries.prepare(m_exec, input.count, extras);
+                launch(input);
+                if (extras.isMeasured)
+                    m_queries.launchDistances(m_exec, input, query.maxDistance);
+                if (extras.isListed)
+                    m_queries.launchList(m_exec, input.count);
+                m_exec.mark();
+                m_count = input.count;
+                m_extras = extras;
+                m_isPending = true;
+            },
+            [&] { drop(); });
     }
 
     DevicePairAnswers ahead() const override
     {
-        return {m_queries.states(), m_queries.axes(), m_isMeasured ? m_queries.distances() : nullptr,
+        return {m_queries.states(),
+                m_queries.axes(),
+                m_extras.isMeasured ? m_queries.distances() : nullptr,
+                m_extras.isListed ? m_queries.overlaps() : nullptr,
+                m_extras.isListed ? m_queries.overlapCount(m_count) : nullptr,
                 m_count};
     }
 
@@ -75,34 +99,6 @@ private:
         return convex::PairQueries<convex::CudaPairExec>(exec, hulls);
     }
 
-    /// @param maxDistance null: no distances
-    Status enqueueWith(const DeviceBodies& bodies, const RowPair* pairs, std::uint64_t count,
-                       const float* maxDistance)
-    {
-        m_isMeasured = false;
-        if (count > std::numeric_limits<std::uint32_t>::max())
-        {
-            forget();
-            return Status::OutOfMemory;
-        }
-        const convex::PairInput input = {bodies.poses, bodies.bodies, pairs,
-                                         static_cast<std::uint32_t>(count)};
-        return psap::guarded(
-            m_exec,
-            [&]
-            {
-                m_queries.prepare(m_exec, input.count, maxDistance != nullptr);
-                launch(input);
-                if (maxDistance != nullptr)
-                    m_queries.launchDistances(m_exec, input, *maxDistance);
-                m_exec.mark();
-                m_count = count;
-                m_isMeasured = maxDistance != nullptr;
-                m_isPending = true;
-            },
-            [&] { drop(); });
-    }
-
     /// Launches a query; from the second one with the same addresses on by one call.
     void launch(const convex::PairInput& input)
     {
@@ -128,7 +124,7 @@ private:
         m_launches.drop();
         m_input = {};
         m_count = 0;
-        m_isMeasured = false;
+        m_extras = {};
         m_isPending = false;
     }
 
@@ -136,9 +132,9 @@ private:
     convex::PairQueries<convex::CudaPairExec> m_queries;
     psap::GraphLaunches<1> m_launches;
     convex::PairInput m_input;  ///< of the last query
-    std::uint64_t m_count = 0;
-    bool m_isPending = false;   ///< a query has been launched
-    bool m_isMeasured = false;  ///< with distances
+    std::uint32_t m_count = 0;
+    convex::QueryExtras m_extras;  ///< of the last query
+    bool m_isPending = false;      ///< a query has been launched
 };
 }  // namespace
 

@@ -24,12 +24,27 @@ struct DeviceBodies
     std::uint32_t bodies = 0;
 };
 
+/// What a query finds beside states and axes.
+struct ConvexQuery
+{
+    /// The distances and closest points of pairs that are Apart by no more than this, in double: within 2e-7 of the size
+    /// of the pair. 0 or more, or infinity; negative: none. The axis of a measured pair becomes the direction of its
+    /// distance. Costs a test in double for each pair that is Apart, a search for those that are measured, and 32 bytes
+    /// for each pair.
+    float maxDistance = -1.0f;
+    /// The list of those that overlap. Costs two short passes over the states, and 4 bytes for each pair.
+    bool listOverlaps = false;
+};
+
 /// The answers of DeviceConvexPairs, in device memory and in the order of the pairs.
 struct DevicePairAnswers
 {
     const PairState* states = nullptr;        ///< [count]
     const PairAxis* axes = nullptr;           ///< [count], of pairs that are Apart
     const PairDistance* distances = nullptr;  ///< [count], or null if not asked for
+    /// Places in the list of pairs of those that overlap, ascending; null if not asked for.
+    const std::uint32_t* overlaps = nullptr;
+    const std::uint32_t* overlapCount = nullptr;  ///< their number, in device memory
     std::uint64_t count = 0;
 };
 
@@ -64,19 +79,16 @@ class CULLET_API DeviceConvexPairs
 public:
     virtual ~DeviceConvexPairs() = default;
 
-    /// @param pairs [count] device memory, aligned to 8 bytes: rows of the poses, in any order
+    /// @param pairs [count] device memory, aligned to 8 bytes: rows of the poses, in any order. The same addresses and
+    ///     counts as in the last call cost the CPU less time
     /// @param count less than 2^32
     /// @return Ok, or the reason of a failure; all pairs are then forgotten, and the next enqueue() starts anew
-    virtual Status enqueue(const DeviceBodies& bodies, const RowPair* pairs, std::uint64_t count) = 0;
-
-    /// enqueue(), and the distances and closest points of pairs that are Apart, in double: within 2e-7 of the size of the
-    /// pair. The axis of a measured pair becomes the direction of its distance.
-    ///
-    /// @param maxDistance pairs farther apart are not measured; 0 or more, or infinity
-    /// Cost: a test in double for each pair that is Apart, and a search for those that are near enough; 32 bytes of memory
-    ///     for each pair
-    virtual Status enqueueDistances(const DeviceBodies& bodies, const RowPair* pairs, std::uint64_t count,
-                                    float maxDistance) = 0;
+    virtual Status enqueue(const DeviceBodies& bodies, const RowPair* pairs, std::uint64_t count,
+                           const ConvexQuery& query) = 0;
+    Status enqueue(const DeviceBodies& bodies, const RowPair* pairs, std::uint64_t count)
+    {
+        return enqueue(bodies, pairs, count, {});
+    }
 
     /// The addresses that enqueue() will write, valid once the stream has run its work: for later work on that stream,
     /// so that the CPU need not wait. Valid until the next enqueue(), forget() or failure.

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "cullet/cuda/narrow/hull_set.h"
+#include "cullet/cuda/narrow/overlap_steps.h"
 #include "cullet/cuda/narrow/pair_distance.h"
 #include "cullet/cuda/narrow/pair_steps.h"
 
@@ -12,6 +13,13 @@
 
 namespace cullet::convex
 {
+/// What a query does beside telling overlap.
+struct QueryExtras
+{
+    bool isMeasured = false;  ///< launchDistances()
+    bool isListed = false;    ///< launchList()
+};
+
 /// Answers the pairs of a list, query after query, on an executor.
 ///
 /// @tparam Exec HostPairExec or CudaPairExec
@@ -31,12 +39,18 @@ public:
 
     /// Makes room for a query, and remembers nothing of pairs that were in no list before. Waits where memory has to grow.
     ///
-    /// @param isMeasured distances are asked for
-    void prepare(Exec& exec, std::uint32_t count, bool isMeasured)
+    /// @param extras what else is asked for
+    void prepare(Exec& exec, std::uint32_t count, const QueryExtras& extras)
     {
         reserve(exec, count);
-        if (isMeasured)
+        if (extras.isMeasured)
             exec.reserve(m_distances, std::max(count, 1u));
+        if (extras.isListed)
+        {
+            exec.reserve(m_overlaps, std::max(count, 1u));
+            exec.reserve(m_inChunk, std::uint64_t{chunksOf(count)} + 1);
+            exec.reserve(m_beforeChunk, std::uint64_t{chunksOf(count)} + 1);
+        }
         if (!std::exchange(m_areCountsClear, true))
             exec.clear(m_counts.data(), 1);
         m_fetchedOnDevice = exec.mappedForWriting(m_fetched.data());
@@ -62,6 +76,17 @@ public:
         exec.measureDistances(input.count, {readerOf(input), memory(), m_distances.data(), most});
     }
 
+    /// Launches the list of overlapping pairs.
+    ///
+    /// @pre launch() with as many pairs
+    void launchList(Exec& exec, std::uint32_t count)
+    {
+        const std::uint64_t chunks = chunksOf(count);
+        exec.forEach(chunks + 1, CountOverlaps{m_states.data(), count, m_inChunk.data()});
+        exec.scan(m_inChunk.data(), m_beforeChunk.data(), chunks + 1);
+        exec.forEach(chunks, ListOverlaps{m_states.data(), count, m_beforeChunk.data(), m_overlaps.data()});
+    }
+
     /// Forgets all pairs, also after a failure.
     void forget()
     {
@@ -71,6 +96,12 @@ public:
 
     const PairState* states() const { return m_states.data(); }
     const PairAxis* axes() const { return m_axes.data(); }
+    /// Of launchList(), in the executor's memory: pairs, and their number.
+    const std::uint32_t* overlaps() const { return m_overlaps.data(); }
+    const std::uint32_t* overlapCount(std::uint32_t count) const
+    {
+        return m_beforeChunk.data() + chunksOf(count);
+    }
     /// Of launchDistances().
     const PairDistance* distances() const { return m_distances.data(); }
     /// Of the last query. @pre it has run
@@ -118,6 +149,7 @@ private:
     Buffer<PairSimplex> m_simplices;
     Buffer<PairState> m_states;
     Buffer<PairDistance> m_distances;
+    Buffer<std::uint32_t> m_overlaps, m_inChunk, m_beforeChunk;
     Buffer<std::uint32_t> m_searched, m_doubtful;
     Buffer<PairCounts> m_counts;
     typename Exec::template Staging<PairCounts> m_fetched;

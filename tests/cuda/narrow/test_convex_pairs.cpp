@@ -92,7 +92,7 @@ TEST_P(ConvexPairs, EqualIsaGjkWhenPairsChangePlaces)
     expectGood(tally);
 }
 
-TEST_P(ConvexPairs, HaveDistancesAndClosestPointsOfGjk)
+TEST_P(ConvexPairs, HaveDistancesAndClosestPointsOfGjkAndListOverlaps)
 {
     const unsigned seed = 59;
     SCOPED_TRACE("seed " + std::to_string(seed));
@@ -103,6 +103,7 @@ TEST_P(ConvexPairs, HaveDistancesAndClosestPointsOfGjk)
     {
         const float most = frame % 2 == 0 ? std::numeric_limits<float>::infinity() : 0.025f;
         const ConvexAnswers answers = pairs.measure(scene, most);
+        EXPECT_EQ(answers.overlaps, overlapsOf(answers.states));
         ConvexTally states;
         checkPairs(scene, answers, states);
         EXPECT_EQ(states.wrong + states.unproved, 0);

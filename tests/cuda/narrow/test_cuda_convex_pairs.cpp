@@ -105,6 +105,7 @@ TEST_P(CudaConvexPairs, HaveDistancesOfCpuExecutorBitByBit)
         ConvexAnswers found;
         ASSERT_EQ(device.measure(scene, most, found), Status::Ok);
         EXPECT_EQ(found.distances.size(), scene.pairs.size());
+        EXPECT_EQ(found.overlaps, overlapsOf(found.states));
         EXPECT_TRUE(haveSameBits(found, host.measure(scene, most))) << most;
         scene.step();
         ASSERT_EQ(device.query(scene, found), Status::Ok);

@@ -26,6 +26,7 @@ struct ConvexAnswers
     std::vector<PairState> states;
     std::vector<PairAxis> axes;
     std::vector<PairDistance> distances;  ///< if asked for
+    std::vector<std::uint32_t> overlaps;  ///< likewise
 };
 
 inline bool haveSameBits(const ConvexAnswers& a, const ConvexAnswers& b)
@@ -36,7 +37,20 @@ inline bool haveSameBits(const ConvexAnswers& a, const ConvexAnswers& b)
                (listA.empty() ||
                 std::memcmp(listA.data(), listB.data(), listA.size() * sizeof(listA[0])) == 0);
     };
-    return areEqual(a.states, b.states) && areEqual(a.axes, b.axes) && areEqual(a.distances, b.distances);
+    return areEqual(a.states, b.states) && areEqual(a.axes, b.axes) && areEqual(a.distances, b.distances) &&
+           areEqual(a.overlaps, b.overlaps);
+}
+
+/// The places of pairs that overlap.
+inline std::vector<std::uint32_t> overlapsOf(const std::vector<PairState>& states)
+{
+    std::vector<std::uint32_t> overlaps;
+    for (std::size_t k = 0; k < states.size(); ++k)
+    {
+        if (states[k] == PairState::Overlapping)
+            overlaps.push_back(static_cast<std::uint32_t>(k));
+    }
+    return overlaps;
 }
 
 struct ConvexTally

@@ -65,11 +65,14 @@ public:
         upload(bodies);
         return collect(m_pairs->enqueue(inputOf(bodies), m_list.data(), bodies.pairs.size()), answers);
     }
+    /// With distances and the list of overlaps.
     Status measure(const ConvexBodies& bodies, float most, ConvexAnswers& answers)
     {
         upload(bodies);
-        return collect(m_pairs->enqueueDistances(inputOf(bodies), m_list.data(), bodies.pairs.size(), most),
-                       answers);
+        ConvexQuery query;
+        query.maxDistance = most;
+        query.listOverlaps = true;
+        return collect(m_pairs->enqueue(inputOf(bodies), m_list.data(), bodies.pairs.size(), query), answers);
     }
 
     std::string why;
@@ -87,7 +90,12 @@ private:
         if (status == Status::Ok)
             status = m_pairs->collect(found, counts);
         answers = {downloaded(found.states, found.count), downloaded(found.axes, found.count),
-                   downloaded(found.distances, found.distances != nullptr ? found.count : 0)};
+                   downloaded(found.distances, found.distances != nullptr ? found.count : 0),
+                   downloaded(found.overlaps, found.overlaps != nullptr ? counts.overlapping : 0)};
+        if (found.overlapCount != nullptr)
+        {
+            EXPECT_EQ(downloaded(found.overlapCount, 1)[0], counts.overlapping);
+        }
         return status;
     }
 

@@ -31,18 +31,22 @@ public:
 
     ConvexAnswers query(const ConvexBodies& bodies)
     {
-        m_queries.prepare(m_exec, inputOf(bodies).count, false);
+        m_queries.prepare(m_exec, inputOf(bodies).count, {});
         m_queries.launch(m_exec, inputOf(bodies));
         return answersOf(bodies.pairs.size());
     }
+    /// With distances and the list of overlaps.
     ConvexAnswers measure(const ConvexBodies& bodies, float most)
     {
-        m_queries.prepare(m_exec, inputOf(bodies).count, true);
-        m_queries.launch(m_exec, inputOf(bodies));
-        m_queries.launchDistances(m_exec, inputOf(bodies), most);
-        const std::size_t count = bodies.pairs.size();
-        ConvexAnswers answers = answersOf(count);
-        answers.distances.assign(m_queries.distances(), m_queries.distances() + count);
+        const convex::PairInput input = inputOf(bodies);
+        m_queries.prepare(m_exec, input.count, {true, true});
+        m_queries.launch(m_exec, input);
+        m_queries.launchDistances(m_exec, input, most);
+        m_queries.launchList(m_exec, input.count);
+        ConvexAnswers answers = answersOf(input.count);
+        answers.distances.assign(m_queries.distances(), m_queries.distances() + input.count);
+        answers.overlaps.assign(m_queries.overlaps(),
+                                m_queries.overlaps() + *m_queries.overlapCount(input.count));
         return answers;
     }
     const convex::PairCounts& counts() const { return m_queries.counts(); }
@@ -58,6 +62,7 @@ private:
     {
         return {{m_queries.states(), m_queries.states() + count},
                 {m_queries.axes(), m_queries.axes() + count},
+                {},
                 {}};
     }
 
