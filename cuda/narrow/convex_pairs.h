@@ -27,10 +27,10 @@ struct DeviceBodies
 /// What a query finds beside states and axes.
 struct ConvexQuery
 {
-    /// The distances and closest points of pairs that are Apart by no more than this, in double: within 2e-7 of the size
-    /// of the pair. 0 or more, or infinity; negative: none. The axis of a measured pair becomes the direction of its
-    /// distance. Costs a test in double for each pair that is Apart, a search for those that are measured, and 32 bytes
-    /// for each pair.
+    /// The distances and closest points of pairs that are Apart by no more than this, in double: within 2e-7 of the
+    /// size of the pair. 0 or more, or infinity; negative: none. The axis of a measured pair becomes the direction of
+    /// its distance. Costs a test in double for each pair that is Apart, a search for those that are measured, and 32
+    /// bytes for each pair.
     float maxDistance = -1.0f;
     /// The list of those that overlap. Costs two short passes over the states, and 4 bytes for each pair.
     bool listOverlaps = false;
@@ -57,15 +57,15 @@ struct ConvexPairCounts
     std::uint32_t doubtful = 0;    ///< float proved nothing: searched in double
 };
 
-/// Tells for pairs of convex hulls in device memory whether they overlap, and finds an axis that separates those that do
-/// not, or how far apart they are. What it learns of a pair is the start of its next query: pair k of the list is meant to be the same pair of
-/// bodies from query to query. Another one, or a longer list, only costs time.
+/// Tells for pairs of convex hulls in device memory whether they overlap, and finds an axis that separates those that
+/// do not, or how far apart they are. What it learns of a pair is the start of its next query: pair k of the list is
+/// meant to be the same pair of bodies from query to query. Another one, or a longer list, only costs time.
 ///
-/// The hulls of a pair are the exact points of the HullSet, turned by the quaternions divided by their lengths and moved
-/// by the positions, without rounding. Size is the sum of the reaches of both hulls and the distance between their
-/// origins. A state is right where the distance, or the depth, is at least 1e-6 of the size; below that rounding may
-/// decide, also differently than isaGjk() does. A pair is tested in float, with a bound of all rounding errors; where
-/// that proves nothing, it is searched in double.
+/// The hulls of a pair are the exact points of the HullSet, turned by the quaternions divided by their lengths and
+/// moved by the positions, without rounding. Size is the sum of the reaches of both hulls and the distance between
+/// their origins. A state is right where the distance, or the depth, is at least 1e-6 of the size; below that rounding
+/// may decide, also differently than isaGjk() does. A pair is tested in float, with a bound of all rounding errors;
+/// where that proves nothing, it is searched in double.
 ///
 /// The same sequence of queries gives the same states and axes, bit by bit, on every device and on the CPU
 /// (convex::PairQueries<convex::HostPairExec>). No list has a capacity.
@@ -73,7 +73,7 @@ struct ConvexPairCounts
 /// enqueue() only puts work on the stream, and waits only where memory has to grow. collect() waits for the work. In
 /// between the caller may put more work on the stream, but must not change poses and pairs.
 ///
-/// Uses 45 bytes of device memory for each pair of the longest list.
+/// Uses 41 bytes of device memory for each pair of the longest list, and what a ConvexQuery asks for.
 class CULLET_API DeviceConvexPairs
 {
 public:
@@ -110,8 +110,8 @@ public:
 ///
 /// @param hulls  need not outlive the call
 /// @param device CUDA device ordinal
-/// @param stream the caller's cudaStream_t on that device; null: a stream of its own, which collect() waits for. That one
-///     waits for no other stream: what writes poses and pairs must have ended before enqueue()
+/// @param stream the caller's cudaStream_t on that device; null: a stream of its own, which collect() waits for. That
+///     one waits for no other stream: what writes poses and pairs must have ended before enqueue()
 /// @return null, with the reason in words in `*why`, which may be null: no device, driver too old, out of memory, built
 ///     without CUDA
 CULLET_API std::unique_ptr<DeviceConvexPairs> makeDeviceConvexPairs(const HullSet& hulls, int device,

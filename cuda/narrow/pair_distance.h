@@ -34,8 +34,8 @@ CULLET_HOST_DEVICE inline void weightsOf(const Vec<double> (&p)[4], int count, d
     }
 }
 
-/// Measures the pairs that are apart, in double, from where their boolean search has ended; the axis becomes that of the
-/// distance.
+/// Measures the pairs that are apart, in double, from where their boolean search has ended; the axis becomes that of
+/// the distance.
 struct MeasureDistances
 {
     PairReader reader;

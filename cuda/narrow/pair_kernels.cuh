@@ -9,8 +9,8 @@
 #include <algorithm>
 #include <cstdint>
 
-/// The kernels of convex pairs, and the executor that launches them. Steps are grid constants, since views of hulls point into
-/// them: else each thread would copy them.
+/// The kernels of convex pairs, and the executor that launches them. Steps are grid constants, since views of hulls
+/// point into them: else each thread would copy them.
 namespace cullet::convex
 {
 inline constexpr unsigned kPairThreads = 128;
@@ -28,8 +28,8 @@ __device__ inline std::uint32_t placeInQueue(std::uint32_t* count)
     return first + static_cast<std::uint32_t>(__popc(lanes & ((1u << lane) - 1u)));
 }
 
-/// The supports of all lanes of a warp. Eight lanes read a block of vertices together, one lane's after another, so that a
-/// warp reads four blocks at a time; where a block does not prove its vertex, its lane climbs alone.
+/// The supports of all lanes of a warp. Eight lanes read a block of vertices together, one lane's after another, so
+/// that a warp reads four blocks at a time; where a block does not prove its vertex, its lane climbs alone.
 ///
 /// @param isAsked whether this lane has a side
 __device__ inline Support<float> supportsTogether(const HullLane* lanes, bool isAsked,
@@ -75,7 +75,8 @@ __device__ inline Support<float> supportsTogether(const HullLane* lanes, bool is
     return side.hull.support(side.direction, isClimbing ? start : side.start);
 }
 
-/// A thread for each pair. Fewer registers than the compiler would like, since the loads of a pair follow from each other.
+/// A thread for each pair. Fewer registers than the compiler would like, since the loads of a pair follow from each
+/// other.
 template <class Step>
 __global__ void __launch_bounds__(kPairThreads, 8)
     routePairs(std::uint32_t count, const __grid_constant__ Step step, const PairQueues queues)

@@ -37,7 +37,8 @@ public:
         m_tables = {m_rows.data(), m_lanes.data(), m_starts.data(), hulls.size()};
     }
 
-    /// Makes room for a query, and remembers nothing of pairs that were in no list before. Waits where memory has to grow.
+    /// Makes room for a query, and remembers nothing of pairs that were in no list before. Waits where memory has to
+    /// grow.
     ///
     /// @param extras what else is asked for
     void prepare(Exec& exec, std::uint32_t count, const QueryExtras& extras)

@@ -98,8 +98,8 @@ enum class SearchGoal
     Distance  ///< bounds of the distance that agree. Only in double, and for hulls that are apart
 };
 
-/// ISA-GJK (van den Bergen 1999) for one pair: a separating axis, or a simplex around the origin; with SearchGoal::Distance
-/// GJK (Gilbert, Johnson and Keerthi 1988), whose simplex is the closest feature of A - B.
+/// ISA-GJK (van den Bergen 1999) for one pair: a separating axis, or a simplex around the origin; with
+/// SearchGoal::Distance GJK (Gilbert, Johnson and Keerthi 1988), whose simplex is the closest feature of A - B.
 ///
 /// In float an answer is given where it holds for any rounding. In double rounding decides below 1e-7 of the size.
 template <class T, SearchGoal kGoal = SearchGoal::Boolean>

@@ -143,7 +143,7 @@ private:
     CULLET_HOST_DEVICE static T errorOf(T reach, T distance)
     {
         const T size = reach + distance;
-        if (sizeof(T) == sizeof(float) && !(size > T(1e-9) && size < T(1e12)))
+        if (sizeof(T) == sizeof(float) && !(size > T(1e-6) && size < T(1e6)))
             return T(INFINITY);
         return kRounding<T> * (T(56) * reach + T(10) * distance);
     }

@@ -6,8 +6,8 @@
 
 #include <cmath>
 
-/// Vectors and rotations that the CPU and the GPU compute with the same bits. Products and sums are fused, which halves the
-/// instructions of a GPU; a CPU without that instruction imitates it.
+/// Vectors and rotations that the CPU and the GPU compute with the same bits. Products and sums are fused, which halves
+/// the instructions of a GPU; a CPU without that instruction imitates it.
 namespace cullet::convex
 {
 template <class T>

@@ -30,8 +30,8 @@ struct ConvexMotionOptions
     unsigned seed = 12345;
 };
 
-/// Frames of pairs of hulls with planted gaps and depths. Bodies 2 k and 2 k + 1 are pair k, which stays as far apart as its
-/// kind. The hulls are 64 ellipsoids with random points, of sizes about 1.
+/// Frames of pairs of hulls with planted gaps and depths. Bodies 2 k and 2 k + 1 are pair k, which stays as far apart
+/// as its kind. The hulls are 64 ellipsoids with random points, of sizes about 1.
 class ConvexMotion
 {
 public:
