@@ -5,36 +5,13 @@
 #include "cullet/broad/psap/search.h"
 #include "cullet/cuda/device_pairs.h"
 #include "cullet/cuda/kernels/cuda_exec.cuh"
+#include "cullet/cuda/kernels/guarded.cuh"
 #include "cullet/cuda/runtime/graph_launches.cuh"
 
 #include <cstdint>
-#include <new>
 
 namespace cullet::psap
 {
-/// Calls `body`. After a failure waits for all work and calls `forget`.
-template <class Body, class Forget>
-Status guarded(CudaExec& exec, const Body& body, const Forget& forget)
-{
-    Status status = Status::OutOfMemory;
-    try
-    {
-        const CudaExec::DeviceGuard use(exec);
-        body();
-        return Status::Ok;
-    }
-    catch (const ExecutorFailure& failure)
-    {
-        status = failure.status;
-    }
-    catch (const std::bad_alloc&)
-    {
-    }
-    exec.drain();
-    forget();
-    return status;
-}
-
 /// Finds all pairs of boxes in device memory with a search.
 ///
 /// @tparam SearchOn   Search, or another class with its members

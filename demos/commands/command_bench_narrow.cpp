@@ -1,5 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
+#include "cullet/demos/bench/narrow/device_bench.h"
 #include "cullet/demos/bench/narrow/narrow_bench.h"
 #include "cullet/demos/commands/command_bench.h"
 #include "cullet/demos/program/exit_code.h"
@@ -56,6 +57,19 @@ int benchNarrow(NarrowOptions options, const FileOptions& files)
     file.save();
     return isInterrupted() ? kExitInterrupted : kExitOk;
 }
+
+int benchOnDevice(const DeviceNarrowOptions& options, const FileOptions& files)
+{
+    requireReleaseBuild();
+    ResultFile file({{"command", "bench narrow --device"},
+                     {"most_pairs", options.mostPairs},
+                     {"repetitions", options.repetitions},
+                     {"seed", options.seed}},
+                    files.json, files.csv);
+    runDeviceNarrowBench(options, file);
+    file.save();
+    return isInterrupted() ? kExitInterrupted : kExitOk;
+}
 }  // namespace
 
 void addNarrowBench(CLI::App& bench, Action& chosen)
@@ -65,7 +79,8 @@ void addNarrowBench(CLI::App& bench, Action& chosen)
     command->footer(
         "Examples:\n"
         "  cullet bench narrow --shape ico42 --regime separated,near --query boolean,distance\n"
-        "  cullet bench narrow --query algorithm --algorithm cullet,bullet --csv contacts.csv\n");
+        "  cullet bench narrow --query algorithm --algorithm cullet,bullet --csv contacts.csv\n"
+        "  cullet bench narrow --device --most-pairs 1000000 --csv narrow_device.csv\n");
     const auto options = std::make_shared<NarrowOptions>();
     const auto files = std::make_shared<FileOptions>();
     addList(*command, "--shape", options->shapes, "one or several", narrowShapeNames());
@@ -81,6 +96,17 @@ void addNarrowBench(CLI::App& bench, Action& chosen)
     command->add_option("--seed", options->seed, "of the trajectories")->capture_default_str();
     command->add_flag("--quiet", options->quiet, "no progress bar");
     addFileOptions(*command, *files);
-    command->callback([=, &chosen] { chosen = [=] { return benchNarrow(*options, *files); }; });
+    const auto device = std::make_shared<DeviceNarrowOptions>();
+    const auto isOnDevice = std::make_shared<bool>(false);
+    command->add_flag(
+        "--device", *isOnDevice,
+        "boolean queries of pairs in the memory of an NVIDIA GPU instead; other options do not count");
+    command->add_option("--most-pairs", device->mostPairs, "with --device: no longer lists")
+        ->capture_default_str();
+    command->callback(
+        [=, &chosen] {
+            chosen = [=]
+            { return *isOnDevice ? benchOnDevice(*device, *files) : benchNarrow(*options, *files); };
+        });
 }
 }  // namespace cullet

@@ -376,6 +376,21 @@ TEST_F(BenchCommand, MeasuresOtherStartsAndSolversOfNarrowQueries)
     EXPECT_EQ(counts, expected);
 }
 
+TEST_F(BenchCommand, MeasuresConvexPairsOnDeviceOrSaysWhyNot)
+{
+    Outcome outcome;
+    const json document = runForJson("bench narrow --device --most-pairs 100000", &outcome);
+    if (outcome.code == 0)
+    {
+        ASSERT_EQ(document["rows"].size(), 1u);
+        EXPECT_EQ(document["rows"][0]["overlapping"], 5000);
+        EXPECT_GT(document["rows"][0]["warm_ms"], 0.0);
+        return;
+    }
+    EXPECT_EQ(outcome.code, 5);
+    EXPECT_TRUE(contains(outcome.errors, "CUDA") || contains(outcome.errors, "NVIDIA")) << outcome.errors;
+}
+
 TEST_F(BenchCommand, MeasuresCudaOrSaysWhyNot)
 {
     Outcome outcome;

@@ -1,0 +1,43 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include <cstdint>
+
+/// Hulls as the steps of convex pairs read them, in one array for all hulls.
+namespace cullet::convex
+{
+/// Lanes of a block: a vertex and seven of its neighbours, 128 bytes.
+inline constexpr std::uint32_t kBlockLanes = 8;
+
+/// Cells of a hull's start table: Hull::startTable().
+inline constexpr std::uint32_t kStarts = 384;
+
+/// A vertex with a number. In a block, lane 0 is the block's own vertex and has its next block, or -1; the other lanes
+/// are neighbours and have their ids. Lanes beyond the last neighbour repeat an earlier one.
+struct alignas(16) HullLane
+{
+    float x, y, z;
+    std::int32_t id;
+};
+
+/// Where the vertices of a hull are.
+struct alignas(16) HullRow
+{
+    static constexpr std::uint32_t kClimbable = 0x80000000u;
+
+    std::uint32_t
+        first;  ///< of its blocks, in all of HullTables::lanes; a hull without a graph has vertices there
+    std::uint32_t count;  ///< of vertices, and kClimbable where each vertex i has block first + i
+    float reach;          ///< no vertex is farther from the origin of the hull
+    float tieBand;        ///< Hull::tieBand()
+};
+
+struct HullTables
+{
+    const HullRow* rows = nullptr;          ///< [hulls]
+    const HullLane* lanes = nullptr;        ///< [kBlockLanes blocks]
+    const std::uint16_t* starts = nullptr;  ///< [kStarts hulls]
+    std::uint32_t hulls = 0;
+};
+}  // namespace cullet::convex

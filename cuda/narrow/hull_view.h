@@ -1,0 +1,200 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "cullet/broad/host_device.h"
+#include "cullet/cuda/narrow/hull_tables.h"
+#include "cullet/cuda/narrow/turn.h"
+
+#include <cmath>
+#include <cstdint>
+
+/// Support searches over HullTables: the vertex of a hull with the largest rounded product d.v.
+namespace cullet::convex
+{
+template <class T>
+struct Support
+{
+    std::int32_t vertex;
+    T height;  ///< d.v
+};
+
+/// A hull in the tables.
+class HullView
+{
+public:
+    HullView() = default;
+    /// @param tables outlive this object
+    /// @pre hull < tables.hulls
+    CULLET_HOST_DEVICE HullView(const HullTables& tables, std::uint32_t hull)
+        : HullView(tables, hull, tables.rows[hull])
+    {
+    }
+    /// @param row of that hull
+    CULLET_HOST_DEVICE HullView(const HullTables& tables, std::uint32_t hull, const HullRow& row)
+        : m_tables(&tables), m_row(row), m_hull(hull)
+    {
+    }
+
+    CULLET_HOST_DEVICE std::int32_t vertexCount() const
+    {
+        return static_cast<std::int32_t>(m_row.count & ~HullRow::kClimbable);
+    }
+    CULLET_HOST_DEVICE float reach() const { return m_row.reach; }
+    CULLET_HOST_DEVICE bool isVertex(std::int32_t vertex) const
+    {
+        return vertex >= 0 && vertex < vertexCount();
+    }
+
+    template <class T>
+    CULLET_HOST_DEVICE Vec<T> vertex(std::int32_t vertex) const
+    {
+        const HullLane& lane = lanesAt(0)[static_cast<std::uint32_t>(vertex) * stride()];
+        return {T(lane.x), T(lane.y), T(lane.z)};
+    }
+
+    /// Climbs over the neighbours, and scans all vertices where a neighbour at the end of the climb is as high up to
+    /// rounding (see Hull), so that the result does not depend on the start.
+    ///
+    /// @param start a vertex likely near the result; any other number: that of the start table
+    template <class T>
+    CULLET_HOST_DEVICE Support<T> support(const Vec<T>& d, std::int32_t start) const
+    {
+        if (!isClimbable())
+            return scan(d);
+        const T band = bandFor(d);
+        std::int32_t vertex = startOf(d, start);
+        for (;;)
+        {
+            const Step<T> step = stepFrom(vertex, d);
+            if (!(step.best >= step.own - band))
+                return {vertex, step.own};
+            // Each step goes up, so that no vertex is visited twice.
+            if (!(step.best > step.own))
+                return scan(d);
+            vertex = step.id;
+        }
+    }
+
+    CULLET_HOST_DEVICE bool isClimbable() const { return (m_row.count & HullRow::kClimbable) != 0; }
+
+    /// Where a climb begins.
+    ///
+    /// @param start as for support()
+    /// @pre isClimbable()
+    template <class T>
+    CULLET_HOST_DEVICE std::int32_t startOf(const Vec<T>& d, std::int32_t start) const
+    {
+        return isVertex(start) ? start : startFor(d);
+    }
+
+    /// A vertex whose neighbours are all lower by more than this is the support.
+    template <class T>
+    CULLET_HOST_DEVICE T bandFor(const Vec<T>& d) const
+    {
+        return T(m_row.tieBand) * sumOfMagnitudes(d);
+    }
+
+    /// The block of a vertex in HullTables::lanes.
+    CULLET_HOST_DEVICE std::uint32_t blockOf(std::int32_t vertex) const
+    {
+        return m_row.first + static_cast<std::uint32_t>(vertex);
+    }
+
+    template <class T>
+    CULLET_HOST_DEVICE static T productOf(const HullLane& lane, const Vec<T>& d)
+    {
+        return dot(Vec<T>{T(lane.x), T(lane.y), T(lane.z)}, d);
+    }
+
+private:
+    template <class T>
+    struct Step
+    {
+        T own, best;
+        std::int32_t id;  ///< the neighbour with the best product
+    };
+
+    CULLET_HOST_DEVICE std::uint32_t stride() const { return isClimbable() ? kBlockLanes : 1; }
+    CULLET_HOST_DEVICE const HullLane* lanesAt(std::int32_t block) const
+    {
+        return m_tables->lanes +
+               (std::uint64_t{m_row.first} + static_cast<std::uint32_t>(block)) * kBlockLanes;
+    }
+
+    template <class T>
+    CULLET_HOST_DEVICE Step<T> stepFrom(std::int32_t vertex, const Vec<T>& d) const
+    {
+        Step<T> step = {T(0), -T(INFINITY), vertex};
+        for (std::int32_t index = vertex; index >= 0;)
+        {
+            const HullLane* const block = lanesAt(index);
+            const HullLane own = block[0];
+            step.own = productOf(own, d);
+            CULLET_UNROLL
+            for (std::uint32_t k = 1; k < kBlockLanes; ++k)
+            {
+                const HullLane lane = block[k];
+                const T product = productOf(lane, d);
+                if (product > step.best)
+                {
+                    step.best = product;
+                    step.id = lane.id;
+                }
+            }
+            index = own.id;
+        }
+        return step;
+    }
+
+    /// The lowest of the vertices with the largest product.
+    template <class T>
+    CULLET_HOST_DEVICE Support<T> scan(const Vec<T>& d) const
+    {
+        const HullLane* const lanes = lanesAt(0);
+        Support<T> best = {0, -T(INFINITY)};
+        const std::int32_t count = vertexCount();
+        for (std::int32_t i = 0; i < count; ++i)
+        {
+            const HullLane lane = lanes[static_cast<std::uint32_t>(i) * stride()];
+            const T product = productOf(lane, d);
+            if (product > best.height)
+                best = {i, product};
+        }
+        return best;
+    }
+
+    /// The start table's vertex for a direction; cubeCell() finds the same cell.
+    template <class T>
+    CULLET_HOST_DEVICE std::int32_t startFor(const Vec<T>& d) const
+    {
+        constexpr int kCells = 8;
+        static_assert(6 * kCells * kCells == kStarts, "the cells of a cube");
+        const T ax = magnitude(d.x), ay = magnitude(d.y), az = magnitude(d.z);
+        const int axis = ax >= ay ? (ax >= az ? 0 : 2) : (ay >= az ? 1 : 2);
+        const T along = axis == 0 ? d.x : axis == 1 ? d.y : d.z;
+        const T right = axis == 0 ? d.y : axis == 1 ? d.z : d.x;
+        const T up = axis == 0 ? d.z : axis == 1 ? d.x : d.y;
+        if (!(magnitude(along) > T(0)))
+            return 0;
+        const T half = T(kCells) / T(2), scale = half / magnitude(along);
+        const int side = 2 * axis + (along < T(0) ? 1 : 0);
+        const int cell = (side * kCells + cellOf(right * scale + half)) * kCells + cellOf(up * scale + half);
+        const std::int32_t start =
+            m_tables->starts[std::uint64_t{m_hull} * kStarts + static_cast<std::uint32_t>(cell)];
+        return isVertex(start) ? start : 0;
+    }
+
+    template <class T>
+    CULLET_HOST_DEVICE static int cellOf(T place)
+    {
+        // A NaN fails the comparison.
+        return place > T(0) ? static_cast<int>(place < T(8) ? place : T(7)) : 0;
+    }
+
+    // Addresses are computed where they are needed: in a kernel the tables are constants.
+    const HullTables* m_tables = nullptr;
+    HullRow m_row = {};
+    std::uint32_t m_hull = 0;
+};
+}  // namespace cullet::convex

@@ -1,0 +1,125 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "cullet/demos/bench/narrow/convex_motion.h"
+
+#include "cullet/base/threads/parallel_loops.h"
+#include "cullet/demos/scenes/hulls/hull_points.h"
+#include "cullet/narrow/gjk/gjk.h"
+#include "cullet/narrow/hull/posed_hull.h"
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include <cstddef>
+#include <limits>
+#include <random>
+
+namespace cullet
+{
+namespace
+{
+constexpr std::uint32_t kHulls = 64;
+constexpr double kDegree = 3.14159265358979323846 / 180.0;
+
+double between(double least, double most, std::mt19937& engine)
+{
+    return std::uniform_real_distribution<double>(least, most)(engine);
+}
+
+/// Points on an ellipsoid, in float.
+std::vector<Eigen::Vector3f> hullPoints(int vertices, std::mt19937& engine)
+{
+    const double y = between(0.7, 1.0, engine), z = between(0.5, 1.0, engine);
+    std::vector<Eigen::Vector3f> points;
+    for (int i = 0; i < vertices; ++i)
+        points.push_back(randomDirection(engine).cwiseProduct(Eigen::Vector3d(1.0, y, z)).cast<float>());
+    return points;
+}
+
+/// A body that turns about an axis.
+struct Spin
+{
+    explicit Spin(double degrees, std::mt19937& engine)
+        : start(randomRotation(engine)),
+          axis(randomDirection(engine)),
+          angle(between(1.0, 3.0, engine) * degrees * kDegree)
+    {
+    }
+
+    Eigen::Quaternionf at(int frame) const
+    {
+        return (Eigen::AngleAxisd(angle * frame, axis) * start).cast<float>().normalized();
+    }
+
+    Eigen::Quaterniond start;
+    Eigen::Vector3d axis;
+    double angle;
+};
+
+BodyPose poseOf(std::uint32_t hull, const Eigen::Quaternionf& turn, const Eigen::Vector3d& place)
+{
+    const Eigen::Vector3f p = place.cast<float>();
+    return {{p[0], p[1], p[2]}, hull, {turn.x(), turn.y(), turn.z(), turn.w()}};
+}
+}  // namespace
+
+ConvexMotion::ConvexMotion(const ConvexMotionOptions& options)
+    : m_frames(static_cast<std::size_t>(options.frames),
+               std::vector<BodyPose>(std::size_t{2} * options.pairs))
+{
+    std::mt19937 engine(options.seed);
+    for (std::uint32_t i = 0; i < kHulls; ++i)
+    {
+        const std::vector<Eigen::Vector3f> points = hullPoints(options.vertices, engine);
+        m_set.add(makeHull(points, HullExtra::None));
+        std::vector<Eigen::Vector3d> wide;
+        for (const Eigen::Vector3f& point : points)
+            wide.push_back(point.cast<double>());
+        m_exact.push_back(makeHull(wide, HullExtra::None));
+    }
+    for (std::uint32_t pair = 0; pair < options.pairs; ++pair)
+    {
+        m_pairs.push_back({2 * pair, 2 * pair + 1});
+        m_overlapping += static_cast<int>(pair % 100) >= options.shares.separated + options.shares.near;
+    }
+    ParallelLoops loops(0);
+    const unsigned tasks = loops.tasksFor(options.pairs, 64);
+    loops.run(tasks,
+              [&](unsigned task)
+              {
+                  const std::uint64_t count = options.pairs;
+                  for (std::uint64_t pair = count * task / tasks; pair < count * (task + 1) / tasks; ++pair)
+                      plant(static_cast<std::uint32_t>(pair), options);
+              });
+}
+
+void ConvexMotion::plant(std::uint32_t pair, const ConvexMotionOptions& options)
+{
+    std::mt19937 engine(options.seed + 1 + pair);
+    const std::uint32_t hullA = engine() % kHulls, hullB = engine() % kHulls;
+    const Spin a(options.degrees, engine), b(options.degrees, engine), around(0.5 * options.degrees, engine);
+    const Eigen::Vector3d side = randomDirection(engine);
+    const Eigen::Vector3d home(between(-50, 50, engine), between(-50, 50, engine), between(-50, 50, engine));
+    const int kind = static_cast<int>(pair % 100);
+    GjkCache<double> cache;
+    for (int frame = 0; frame < options.frames; ++frame)
+    {
+        const double gap = kind < options.shares.separated ? between(0.03, 0.08, engine)
+                           : kind < options.shares.separated + options.shares.near
+                               ? between(0.001, 0.003, engine)
+                               : -between(0.01, 0.05, engine);
+        const Eigen::Quaternionf turnA = a.at(frame), turnB = b.at(frame);
+        const Eigen::Vector3d away = 2.6 * (Eigen::AngleAxisd(around.angle * frame, around.axis) * side);
+        const PosedHull<double> posedA(m_exact[hullA], turnA.cast<double>().normalized().toRotationMatrix(),
+                                       Eigen::Vector3d::Zero());
+        const PosedHull<double> posedB(m_exact[hullB], turnB.cast<double>().normalized().toRotationMatrix(),
+                                       away);
+        const GjkResult<double> far =
+            gjkDistance(posedA, posedB, std::numeric_limits<double>::infinity(), cache);
+        std::vector<BodyPose>& poses = m_frames[static_cast<std::size_t>(frame)];
+        poses[std::size_t{2} * pair] = poseOf(hullA, turnA, home);
+        poses[std::size_t{2} * pair + 1] =
+            poseOf(hullB, turnB, home + away + far.axis * (far.distance - gap));
+    }
+}
+}  // namespace cullet

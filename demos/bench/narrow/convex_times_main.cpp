@@ -1,0 +1,66 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+
+// cullet_convex_times [PAIRS [VERTICES...]]: times of boolean queries of convex pairs on a device, for profilers too.
+
+#include "cullet/demos/bench/narrow/convex_times.h"
+
+#include <cstdio>
+#include <cstdlib>
+#include <exception>
+#include <vector>
+
+namespace
+{
+using namespace cullet;
+
+void print(const ConvexMotionOptions& options)
+{
+    const ConvexMotion motion(options);
+    const ConvexTimes times = timeConvexPairs(motion, 30);
+    const GapShares& shares = options.shares;
+    std::printf(
+        "%8u pairs, %3d vertices, %2d/%2d/%2d, %.2f degrees: warm %.4f ms (p90 %.4f), cold %.4f ms, %llu "
+        "bytes; "
+        "failed %u, remembered %u, doubtful %u, overlapping %u, undecided %u\n",
+        options.pairs, options.vertices, shares.separated, shares.near, 100 - shares.separated - shares.near,
+        options.degrees, times.warmMs, times.warmP90Ms, times.coldMs,
+        static_cast<unsigned long long>(times.bytes), times.counts.failed, times.counts.remembered,
+        times.counts.doubtful, times.counts.overlapping, times.counts.undecided);
+    std::fflush(stdout);
+}
+}  // namespace
+
+int main(int argc, char** argv)
+{
+    try
+    {
+        ConvexMotionOptions options;
+        if (argc > 1)
+            options.pairs = static_cast<std::uint32_t>(std::strtoul(argv[1], nullptr, 10));
+        std::vector<int> vertices;
+        for (int i = 2; i < argc; ++i)
+            vertices.push_back(std::atoi(argv[i]));
+        if (vertices.empty())
+            vertices = {42, 64};
+        for (const int count : vertices)
+        {
+            options.vertices = count;
+            print(options);
+        }
+        options.vertices = vertices.front();
+        options.degrees = 0.05;
+        // Nearly all of the last is the test of axes.
+        for (const GapShares& shares : {GapShares{95, 4}, GapShares{100, 0}})
+        {
+            options.shares = shares;
+            print(options);
+        }
+    }
+    catch (const std::exception& error)
+    {
+        std::fprintf(stderr, "%s\n", error.what());
+        return EXIT_FAILURE;
+    }
+    return EXIT_SUCCESS;
+}

@@ -1,0 +1,29 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "cullet/demos/program/files/result_file.h"
+
+#include <cstdint>
+
+namespace cullet
+{
+/// Options of `cullet bench narrow --device`.
+struct DeviceNarrowOptions
+{
+    std::uint32_t mostPairs = 10000000;  ///< cases with more are left out
+    int repetitions = 30;                ///< frames of each case, warm and cold
+    unsigned seed = 12345;
+};
+
+/// Times boolean queries of convex pairs in device memory (ConvexMotion, timeConvexPairs()).
+///
+/// Columns: pairs, vertices, mix (separated/near/overlapping of a hundred), degrees a frame, warm_ms, warm_p90_ms and
+/// cold_ms (the device's clock, L2 flushed before each frame), pairs_per_us, bytes of device memory, and of the last
+/// warm frame failed, remembered, doubtful and overlapping pairs. Each frame finds as many overlapping pairs as were
+/// planted.
+///
+/// @throws ProgramError: kExitUnavailable without a device, or in a build without CUDA
+/// @throws std::runtime_error for a wrong answer
+void runDeviceNarrowBench(const DeviceNarrowOptions& options, ResultFile& file);
+}  // namespace cullet

@@ -1,0 +1,180 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+
+// Hulls in the form of a device, and the bounds of rounding errors on which its proofs stand.
+
+#include "cullet/cuda/narrow/closest_point.h"
+#include "cullet/cuda/narrow/hull_set.h"
+#include "cullet/cuda/narrow/hull_view.h"
+#include "cullet/cuda/narrow/posed_pair.h"
+#include "cullet/tests/cuda/support/convex_check.h"
+#include "cullet/tests/cuda/support/convex_scene.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <random>
+#include <string>
+#include <vector>
+
+namespace cullet::test
+{
+namespace
+{
+using convex::HullView;
+using convex::PosedPair;
+using convex::Vec;
+
+/// Directions to every side, and those along which faces and edges of aligned shapes are level.
+std::vector<Eigen::Vector3f> directions(std::mt19937& engine)
+{
+    std::vector<Eigen::Vector3f> all;
+    for (int i = 0; i < 27; ++i)
+    {
+        const Eigen::Vector3f d(float(i % 3 - 1), float(i / 3 % 3 - 1), float(i / 9 - 1));
+        if (!d.isZero(0.0f))
+            all.push_back(d);
+    }
+    for (int i = 0; i < 500; ++i)
+        all.push_back(randomDirection(engine).cast<float>());
+    return all;
+}
+
+/// The first vertex with the largest product, rounded as a device does.
+convex::Support<float> highestOf(const Hull<float>& hull, const Vec<float>& d)
+{
+    convex::Support<float> best = {0, -std::numeric_limits<float>::infinity()};
+    for (std::int32_t i = 0; i < hull.vertexCount(); ++i)
+    {
+        const float height = dot(Vec<float>{hull.x()[i], hull.y()[i], hull.z()[i]}, d);
+        if (height > best.height)
+            best = {i, height};
+    }
+    return best;
+}
+
+TEST(HullTables, GiveSupportsOfScanFromAnyStart)
+{
+    std::mt19937 engine(50);
+    HullSet set;
+    std::vector<Hull<float>> hulls;
+    for (const NamedPoints& shape : nastyShapes())
+    {
+        hulls.push_back(hullOf<float>(shape.points));
+        ASSERT_EQ(set.add(hulls.back()), hulls.size() - 1);
+    }
+    ASSERT_EQ(set.size(), hulls.size());
+    const convex::HullTables tables = set.tables();
+    for (std::uint32_t i = 0; i < set.size(); ++i)
+    {
+        const Hull<float>& hull = hulls[i].corners();
+        const HullView view(tables, i);
+        ASSERT_EQ(view.vertexCount(), hull.vertexCount());
+        EXPECT_EQ(view.reach(), hull.reach());
+        for (const Eigen::Vector3f& d : directions(engine))
+        {
+            const convex::Support<float> expected = highestOf(hull, {d[0], d[1], d[2]});
+            for (const std::int32_t start : {-1, 0, hull.vertexCount() - 1, hull.vertexCount()})
+            {
+                const convex::Support<float> found = view.support(Vec<float>{d[0], d[1], d[2]}, start);
+                ASSERT_EQ(found.vertex, expected.vertex) << "hull " << i;
+                ASSERT_EQ(found.height, expected.height);
+            }
+        }
+    }
+}
+
+TEST(HullTables, HaveOneBlockForEachVertexAndEverySevenNeighbours)
+{
+    HullSet set;
+    set.add(hullOf<float>(icoPoints(1)));
+    EXPECT_EQ(set.blockCount(), 42u);
+    set.add(hullOf<float>(prismPoints(32, 0.5)));
+    EXPECT_GE(set.blockCount(), 42u + 64u);
+    set.add(Hull<float>());
+    EXPECT_EQ(set.tables().rows[2].count, 0u);
+    HullSet moved = std::move(set);
+    EXPECT_EQ(moved.size(), 3u);
+}
+
+/// What a test in float says of an axis and a point, against long double; the largest errors in units of the bound.
+struct ErrorShares
+{
+    double ofAxis = 0.0, ofPoint = 0.0;
+};
+
+void measure(const ConvexScene& scene, RowPair pair, const Eigen::Vector3d& direction, ErrorShares& shares)
+{
+    const BodyPose &poseA = scene.poses[pair.a], &poseB = scene.poses[pair.b];
+    const convex::HullTables tables = scene.set.tables();
+    const PosedPair<float> posed(HullView(tables, poseA.hull), HullView(tables, poseB.hull), poseA, poseB);
+    const Eigen::Vector3f v = direction.cast<float>();
+    const auto test = posed.test(Vec<float>{v[0], v[1], v[2]}, {-1, -1});
+    const PosedHull<double> a = scene.posed(pair.a), b = scene.posed(pair.b);
+    PairAxis axis = {{v[0], v[1], v[2]}, 0};
+    const double alongError = std::abs(double(gapAlong(a, b, axis)) - double(test.along));
+    const Vec<float> point = posed.point(test.ids);
+    const Eigen::Vector3d exact = a.point(test.ids.a) + a.origin() - b.point(test.ids.b) - b.origin();
+    const double pointError = (exact - Eigen::Vector3d(point.x, point.y, point.z)).norm();
+    shares.ofAxis = std::max(shares.ofAxis, alongError / double(posed.error()));
+    shares.ofPoint = std::max(shares.ofPoint, pointError / double(posed.error()));
+}
+
+TEST(ConvexPairErrors, StayBelowTheirBounds)
+{
+    const unsigned seed = 51;
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    std::mt19937 engine(seed);
+    for (const ConvexKind kind : kConvexKinds)
+    {
+        const ConvexScene scene(kind, 4000, seed);
+        ErrorShares shares;
+        for (const RowPair& pair : scene.pairs)
+            measure(scene, pair, randomDirection(engine), shares);
+        EXPECT_LT(shares.ofAxis, 1.0);
+        EXPECT_LT(shares.ofPoint, 1.0);
+        // A bound that no error comes near would send too many pairs to the search in double.
+        EXPECT_GT(shares.ofAxis, 0.01);
+        EXPECT_GT(shares.ofPoint, 0.01);
+    }
+}
+
+/// A tetrahedron one face of which is at that height above the origin, below it where negative.
+void makeTetrahedron(double height, std::mt19937& engine, Eigen::Vector3d (&p)[4])
+{
+    const Eigen::Matrix3d turn = randomRotation(engine);
+    std::uniform_real_distribution<double> any(0.2, 1.0);
+    p[0] = turn * Eigen::Vector3d(-any(engine), -any(engine), height);
+    p[1] = turn * Eigen::Vector3d(any(engine), -any(engine), height);
+    p[2] = turn * Eigen::Vector3d(0.0, any(engine), height);
+    p[3] = turn * Eigen::Vector3d(0.0, 0.0, -any(engine));
+}
+
+TEST(SureTetrahedron, ContainsOriginForAllPointsWithinError)
+{
+    std::mt19937 engine(52);
+    int sure = 0, count = 0;
+    for (const float error : {1e-6f, 1e-4f})
+    {
+        for (int i = 0; i < 20000; ++i, ++count)
+        {
+            Eigen::Vector3d p[4];
+            const double height = std::uniform_real_distribution<double>(-1.0, 10.0)(engine) * error;
+            makeTetrahedron(height, engine, p);
+            Vec<float> rounded[4];
+            for (int k = 0; k < 4; ++k)
+                rounded[k] = {float(p[k][0]), float(p[k][1]), float(p[k][2])};
+            const bool isSure = isSurelyInside(rounded, error);
+            sure += isSure;
+            // Moved by the error, the first three points leave the origin outside of their face.
+            EXPECT_FALSE(isSure && height < 0.99 * error) << height << " " << error;
+        }
+    }
+    EXPECT_GT(sure, count / 20);
+    EXPECT_LT(sure, count * 9 / 10);
+}
+}  // namespace
+}  // namespace cullet::test
