@@ -84,7 +84,7 @@ public:
     {
         const std::uint64_t chunks = chunksOf(count);
         exec.forEach(chunks + 1, CountOverlaps{m_states.data(), count, m_inChunk.data()});
-        exec.scan(m_inChunk.data(), m_beforeChunk.data(), chunks + 1);
+        exec.exclusiveSum(m_inChunk.data(), m_beforeChunk.data(), chunks + 1);
         exec.forEach(chunks, ListOverlaps{m_states.data(), count, m_beforeChunk.data(), m_overlaps.data()});
     }
 
