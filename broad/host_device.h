@@ -2,22 +2,10 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include "cullet/base/host_device.h"
+
 #include <cstdint>
 #include <cstring>
-
-/// Marks a function that the CPU and the GPU run from the same source. Empty outside nvcc.
-#ifdef __CUDACC__
-#define CULLET_HOST_DEVICE __host__ __device__
-#else
-#define CULLET_HOST_DEVICE
-#endif
-
-/// Unrolls the loop that follows on the GPU, so that what it indexes stays in registers.
-#ifdef __CUDA_ARCH__
-#define CULLET_UNROLL _Pragma("unroll")
-#else
-#define CULLET_UNROLL
-#endif
 
 namespace cullet
 {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "cullet/base/float_rounding.h"
+#include "cullet/base/host_device.h"
 
 #include <algorithm>
 #include <cmath>
@@ -25,7 +26,7 @@ inline constexpr MeshBox kEmptyMeshBox = {
      -std::numeric_limits<float>::infinity()}};
 
 /// False for an empty box and for one with a NaN.
-inline bool isValid(const MeshBox& box) noexcept
+CULLET_HOST_DEVICE inline bool isValid(const MeshBox& box) noexcept
 {
     return box.min[0] <= box.max[0] && box.min[1] <= box.max[1] && box.min[2] <= box.max[2];
 }

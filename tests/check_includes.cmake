@@ -3,7 +3,7 @@
 
 # cmake -DROOT=<source folder> -P check_includes.cmake
 #
-# Holds the arrows between the folders: python -> abi, broad, narrow; preload, abi -> plugin; plugin -> broad, narrow, mid, cuda; mid -> narrow; cuda -> broad, narrow;
+# Holds the arrows between the folders: python -> abi, broad, narrow; preload, abi -> plugin; plugin -> broad, narrow, mid, cuda; mid -> narrow; cuda -> broad, mid, narrow;
 # comparison -> broad, cuda; all -> base; broad, narrow and mid know neither Bullet nor CUDA, and broad and narrow not each other. And those between the
 # rooms of a folder, see room(). An include in quotes is spelled as after install and names the folder, so that a reader sees
 # the arrow.
@@ -53,7 +53,7 @@ check_folder(base MAY base NEVER "${bullet}" "${cuda}" "${eigen}" "${test_only}"
 check_folder(broad MAY base broad NEVER "${bullet}" "${cuda}" "${eigen}" "${test_only}")
 check_folder(narrow MAY base narrow NEVER "${bullet}" "${cuda}" "${test_only}")
 check_folder(mid MAY base narrow mid NEVER "${bullet}" "${cuda}" "${test_only}")
-check_folder(cuda MAY base cuda broad narrow NEVER "${bullet}" "${eigen}" "${test_only}")
+check_folder(cuda MAY base cuda broad mid narrow NEVER "${bullet}" "${eigen}" "${test_only}")
 check_folder(comparison MAY base comparison broad cuda NEVER "${bullet}" "${cuda}" "${test_only}")
 check_folder(plugin MAY base plugin broad narrow mid cuda NEVER "${cuda}" "${test_only}")
 check_folder(preload MAY preload plugin NEVER "${cuda}" "${test_only}")
@@ -104,6 +104,7 @@ room(narrow/epa MAY base narrow/gjk narrow/hull narrow/math)
 room(mid MAY base base/threads base/trees narrow/box)
 room(cuda/runtime MAY broad broad/psap/exec)
 room(cuda/kernels MAY broad broad/psap/data broad/psap/exec broad/psap/tiles cuda/runtime)
+room(cuda/mid MAY broad broad/psap/data broad/psap/exec mid cuda/kernels cuda/runtime)
 room(cuda/narrow MAY broad broad/psap/exec narrow/hull cuda/kernels cuda/runtime)
 room(cuda MAY base broad broad/psap cuda/kernels cuda/runtime)
 room(comparison MAY base broad broad/boxes broad/pairs broad/psap broad/psap/exec comparison/thesis cuda)
@@ -161,7 +162,7 @@ endfunction()
 set(psap_device "bins|counting_sort|device_boxes|pair_lists|records|scene_statistics")
 set(kernel_device "launch|multi_list_kernels|step_kernels|tile_kernels")
 check_stands("__CUDA_ARCH__" "__CUDA_ARCH__"
-    "broad/host_device[.]h|broad/psap/data/(${psap_device})[.]h|broad/psap/(sorted/warp_scratch|tiles/tile_sort)[.]h|cuda/kernels/(${kernel_device})[.]cuh")
+    "(base|broad)/host_device[.]h|broad/psap/data/(${psap_device})[.]h|broad/psap/(sorted/warp_scratch|tiles/tile_sort)[.]h|cuda/kernels/(${kernel_device})[.]cuh")
 set(psap_asm "data/counting_sort|exec/shared_memory|sorted/warp_scratch")
 set(kernel_asm "block_append|launch|tile_kernels|warp_scan")
 set(host_asm "narrow/gjk/gjk_search[.]h|narrow/hull/posed_hull[.]h|plugin/core/dynamic_type[.]h|preload/interpose(_dynamics)?[.]cpp")
