@@ -45,7 +45,7 @@
 
 /** Incremented when functions or members are added. A program runs with every library whose cullet_abi_version() is not
  *  lower than this; a change that breaks programs gives the library another file name (its SOVERSION). */
-#define CULLET_ABI_VERSION 3
+#define CULLET_ABI_VERSION 4
 
 typedef int32_t cullet_status;
 
@@ -421,6 +421,86 @@ CULLET_C_API cullet_status cullet_device_finder_enqueue(cullet_device_finder* fi
  *  Errors: NULL, DEVICE, MEMORY, ARGUMENT (the last enqueue failed, or there was none). Per handle. */
 CULLET_C_API cullet_status cullet_device_finder_collect(cullet_device_finder* finder,
                                                         cullet_pairs* device_pairs);
+
+/** Finds pairs of triangles whose boxes overlap, of meshes in GPU memory that deform, and writes them to GPU memory. Each
+ *  mesh has a tree, which is built anew or refitted when vertices have moved; the pairs are the same either way. */
+typedef struct cullet_triangle_trees cullet_triangle_trees;
+
+typedef struct cullet_triangle_trees_options
+{
+    uint32_t size;  /**< sizeof(cullet_triangle_trees_options) */
+    int32_t device; /**< CUDA device ordinal */
+    void* stream;   /**< cudaStream_t of that device; NULL: an own stream, which waits for no other one */
+    uint32_t trees; /**< number of meshes, at most 65536; 0: 2 */
+    uint32_t reserved;
+} cullet_triangle_trees_options;
+
+/** A mesh in device memory. Strides count elements, as those of DLPack: a tensor of floats of shape [vertex_count, 3] with
+ *  strides (vertex_stride, 1), and one of 32-bit integers of shape [triangle_count, 3] with strides (index_stride, 1). */
+typedef struct cullet_device_mesh
+{
+    uint32_t size; /**< sizeof(cullet_device_mesh) */
+    uint32_t vertex_count;
+    const float* vertices;  /**< length unit of the world */
+    uint64_t vertex_stride; /**< 0: 3 */
+    const uint32_t*
+        indices; /**< vertices of each triangle; NULL: 0, 1, 2 of the first, 3, 4, 5 of the next, and so on */
+    uint64_t index_stride;   /**< 0: 3 */
+    uint32_t triangle_count; /**< below 2^31 */
+    uint32_t reserved;
+} cullet_device_mesh;
+
+/** Which pairs of triangles of one mesh count. */
+enum
+{
+    CULLET_OWN_PAIRS_ALL = 0,
+    CULLET_OWN_PAIRS_WITHOUT_NEIGHBOURS = 1 /**< not those with a common vertex, by its index */
+};
+
+/** All trees are without triangles.
+ *  @param options NULL: defaults. Errors: NULL, ARGUMENT, SIZE; NO_DEVICE with a reason. Any thread. */
+CULLET_C_API cullet_status cullet_triangle_trees_create(const cullet_triangle_trees_options* options,
+                                                        cullet_triangle_trees** trees);
+
+/** NULL is ignored. Per handle. */
+CULLET_C_API void cullet_triangle_trees_destroy(cullet_triangle_trees* trees);
+
+/**
+ * Enqueues the steps that replace a tree on the stream, without waiting for them, but for a search that is not collected.
+ *
+ * A triangle with an index that is not below vertex_count, or with a coordinate that is not finite, is in no pair. The
+ * vertices are read when the steps run; the indices must stay until the pairs are collected, too. Memory that does not
+ * belong to the device is a fault that ends its CUDA context.
+ *
+ * @param tree number of the tree, from 0 on
+ * Errors: NULL, SIZE, ARGUMENT, DEVICE, MEMORY. After DEVICE and MEMORY all trees are without triangles. Per handle.
+ */
+CULLET_C_API cullet_status cullet_triangle_trees_build(cullet_triangle_trees* trees, uint32_t tree,
+                                                       const cullet_device_mesh* mesh);
+
+/** As cullet_triangle_trees_build(), but keeps the nodes of the tree, which costs less; searches take longer the farther
+ *  triangles have moved relative to each other. Builds where the number of triangles is not that of the tree. Per handle. */
+CULLET_C_API cullet_status cullet_triangle_trees_refit(cullet_triangle_trees* trees, uint32_t tree,
+                                                       const cullet_device_mesh* mesh);
+
+/** Enqueues a search for the pairs of a triangle of mesh a and one of mesh b. It replaces the last search.
+ *  Errors: NULL, ARGUMENT (a number of a tree), DEVICE, MEMORY. Per handle. */
+CULLET_C_API cullet_status cullet_triangle_trees_enqueue_pairs(cullet_triangle_trees* trees, uint32_t a,
+                                                               uint32_t b);
+
+/** Enqueues a search for the pairs of different triangles of one mesh, the lower index first. It replaces the last search.
+ *  @param which CULLET_OWN_PAIRS_ALL, ... Errors: as cullet_triangle_trees_enqueue_pairs(). Per handle. */
+CULLET_C_API cullet_status cullet_triangle_trees_enqueue_own_pairs(cullet_triangle_trees* trees,
+                                                                   uint32_t tree, int32_t which);
+
+/** Waits for the search and returns its pairs.
+ *
+ *  @param device_pairs [out] `data` is device memory, valid until the next search: indices of triangles, sorted by (first,
+ *                      second), each pair once. Boxes are closed: triangles that touch are a pair
+ *  @param invalid      [out] triangles of these meshes that can be in no pair; may be NULL
+ *  Errors: NULL, DEVICE, MEMORY, ARGUMENT (the last call failed, or there was no search). Per handle. */
+CULLET_C_API cullet_status cullet_triangle_trees_collect(cullet_triangle_trees* trees,
+                                                         cullet_pairs* device_pairs, uint64_t* invalid);
 
 /* ---------------------------------------------------------------- convex hulls ------------------------------------ */
 

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Zlib
 
 // Functions of the C interface that find pairs of boxes in GPU memory.
+#include "cullet/abi/device_status.h"
 #include "cullet/abi/status.h"
 #include "cullet/cuda/device_pairs.h"
 
@@ -22,12 +23,6 @@ namespace
 static_assert(sizeof(cullet_pair) == sizeof(RowPair), "pairs are handed out as they are");
 
 constexpr std::uint64_t kMostBoxes = 1u << 30;
-
-void requireOk(Status status)
-{
-    require(status != Status::OutOfMemory, CULLET_ERROR_MEMORY, "out of memory on the device");
-    require(status == Status::Ok, CULLET_ERROR_DEVICE, "the device failed");
-}
 }  // namespace
 
 cullet_status cullet_device_finder_create(const cullet_device_finder_options* options,
@@ -65,7 +60,7 @@ cullet_status cullet_device_finder_enqueue(cullet_device_finder* finder, const f
             require(count == 0 || device_boxes != nullptr, CULLET_ERROR_NULL, "device_boxes is NULL");
             require(count < kMostBoxes, CULLET_ERROR_ARGUMENT, "2^30 boxes or more");
             finder->hasSearch = false;
-            requireOk(finder->finder->enqueue(reinterpret_cast<const Aabb*>(device_boxes), count));
+            requireDevice(finder->finder->enqueue(reinterpret_cast<const Aabb*>(device_boxes), count));
             finder->hasSearch = true;
             return CULLET_OK;
         });
@@ -80,7 +75,7 @@ cullet_status cullet_device_finder_collect(cullet_device_finder* finder, cullet_
             requirePointer(device_pairs, "device_pairs is NULL");
             require(finder->hasSearch, CULLET_ERROR_ARGUMENT, "no enqueue before, or it failed");
             DevicePairs found;
-            requireOk(finder->finder->collect(found));
+            requireDevice(finder->finder->collect(found));
             *device_pairs = {reinterpret_cast<const cullet_pair*>(found.pairs), found.count};
             return CULLET_OK;
         });

@@ -307,6 +307,23 @@ static void testDevice(void)
     cullet_device_finder_destroy(finder);
 }
 
+static void testDeviceTriangles(void)
+{
+    cullet_triangle_trees* trees = NULL;
+    cullet_pairs pairs;
+    const cullet_status status = cullet_triangle_trees_create(NULL, &trees);
+    CHECK(status == CULLET_OK || status == CULLET_ERROR_NO_DEVICE);
+    if (status == CULLET_ERROR_NO_DEVICE)
+        CHECK(strstr(cullet_last_error(), "CUDA") != NULL && trees == NULL);
+    CHECK(cullet_triangle_trees_create(NULL, NULL) == CULLET_ERROR_NULL);
+    CHECK(cullet_triangle_trees_build(NULL, 0, NULL) == CULLET_ERROR_NULL);
+    CHECK(cullet_triangle_trees_refit(NULL, 0, NULL) == CULLET_ERROR_NULL);
+    CHECK(cullet_triangle_trees_enqueue_pairs(NULL, 0, 1) == CULLET_ERROR_NULL);
+    CHECK(cullet_triangle_trees_enqueue_own_pairs(NULL, 0, CULLET_OWN_PAIRS_ALL) == CULLET_ERROR_NULL);
+    CHECK(cullet_triangle_trees_collect(NULL, &pairs, NULL) == CULLET_ERROR_NULL);
+    cullet_triangle_trees_destroy(trees);
+}
+
 int main(void)
 {
     CHECK(cullet_abi_version() >= CULLET_ABI_VERSION);
@@ -322,5 +339,6 @@ int main(void)
     testBadOptions();
     testBadCalls();
     testDevice();
+    testDeviceTriangles();
     return finish("boxes");
 }

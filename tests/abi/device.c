@@ -6,6 +6,7 @@
 #include <cuda_runtime_api.h>
 
 #include "check.h"
+#include "check_device.h"
 #include <cullet/cullet.h>
 #include <math.h>
 #include <stdlib.h>
@@ -258,21 +259,6 @@ static void testLateEnd(void)
     CHECK(cullet_box_set_create(&options, &lateSet) == CULLET_OK);
     CHECK(cullet_box_set_add(lateSet, boxes[0], 0, 1000, ids) == CULLET_OK);
     CHECK(cullet_box_set_update(lateSet, &pairs, NULL) == CULLET_OK && pairs.count >= 200);
-}
-
-static int hasDevice(void)
-{
-    int count = 0;
-    const cudaError_t error = cudaGetDeviceCount(&count);
-    if (error != cudaSuccess)
-        printf("no device: %s\n", cudaGetErrorString(error));
-    return error == cudaSuccess && count > 0;
-}
-
-static int isDeviceRequired(void)
-{
-    const char* required = getenv("CULLET_REQUIRE_GPU");
-    return required != NULL && strcmp(required, "0") != 0;
 }
 
 int main(void)
