@@ -17,7 +17,7 @@ namespace cullet::linear_bvh
 using NodeId = std::uint32_t;
 
 /// The left one's leaves come first: up to the leaf, or inner node, of the left one's own number.
-struct Children
+struct alignas(8) Children
 {
     NodeId left, right;
 };
@@ -48,6 +48,13 @@ CULLET_HOST_DEVICE inline bool overlap(const MeshBox& a, const MeshBox& b)
 {
     return a.min[0] <= b.max[0] && b.min[0] <= a.max[0] && a.min[1] <= b.max[1] && b.min[1] <= a.max[1] &&
            a.min[2] <= b.max[2] && b.min[2] <= a.max[2];
+}
+
+/// A box of an array that begins at a multiple of 8 bytes, as those of executors do: a GPU loads it in three parts instead
+/// of six.
+CULLET_HOST_DEVICE inline MeshBox loadBox(const MeshBox* boxes, std::uint64_t i)
+{
+    return *static_cast<const MeshBox*>(__builtin_assume_aligned(boxes + i, 8));
 }
 
 /// Writes the Morton code of a box's centre: 21 bits an axis.
@@ -175,7 +182,7 @@ struct RefitStep
     CULLET_HOST_DEVICE void operator()(std::uint64_t place) const
     {
         NodeId node = leaves - 1 + static_cast<NodeId>(place);
-        const MeshBox& own = boxes[items[place]];
+        const MeshBox own = loadBox(boxes, items[place]);
         nodeBoxes[node] = isValid(own) ? own : noBox();
         while (node != 0)
         {
@@ -183,7 +190,8 @@ struct RefitStep
             // The second to arrive sees what the first has written.
             if (arriveAt(&arrivals[node]) == 0)
                 return;
-            nodeBoxes[node] = around(nodeBoxes[children[node].left], nodeBoxes[children[node].right]);
+            const auto [left, right] = children[node];
+            nodeBoxes[node] = around(loadBox(nodeBoxes, left), loadBox(nodeBoxes, right));
         }
     }
 };
@@ -196,9 +204,9 @@ struct TreeView
     const std::uint32_t* items;  ///< [leaves] numbers of the boxes, by leaf
     std::uint32_t leaves;
 
-    CULLET_HOST_DEVICE const MeshBox& leafBox(std::uint64_t place) const
+    CULLET_HOST_DEVICE MeshBox leafBox(std::uint64_t place) const
     {
-        return nodeBoxes[leaves - 1 + place];
+        return loadBox(nodeBoxes, leaves - 1 + place);
     }
 
     /// Calls found(place) for each leaf from a place on whose box overlaps another one.
@@ -211,7 +219,7 @@ struct TreeView
         NodeId stack[kMostLevels];
         int size = 0;
         std::uint64_t tests = 1;
-        if (from < leaves && overlap(query, nodeBoxes[0]))
+        if (from < leaves && overlap(query, loadBox(nodeBoxes, 0)))
             stack[size++] = 0;
         // The last leaf of each node on the stack is at the place `from` or after it.
         while (size > 0)
@@ -224,9 +232,9 @@ struct TreeView
             }
             const auto [left, right] = children[node];
             tests += 2;
-            if (overlap(query, nodeBoxes[right]))
+            if (overlap(query, loadBox(nodeBoxes, right)))
                 stack[size++] = right;
-            if (lastOfLeft(left) >= from && overlap(query, nodeBoxes[left]))
+            if (lastOfLeft(left) >= from && overlap(query, loadBox(nodeBoxes, left)))
                 stack[size++] = left;
         }
         return tests;
