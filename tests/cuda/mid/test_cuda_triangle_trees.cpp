@@ -227,7 +227,7 @@ std::uint64_t failEveryCallOfTriangles(FaultInjection fault)
     // The second has more triangles, and the third more pairs than there is room for.
     for (const char* kind : {"sheets", "soup", "pile"})
     {
-        scenes.emplace_back(kind, scenes.empty() ? 10u : 30u, 72u);
+        scenes.emplace_back(kind, scenes.empty() ? 6u : 14u, 72u);
         expected.push_back(pairsByMeshTree(scenes.back().a, scenes.back().b));
         expectedOwn.push_back(ownPairsByMeshTree(scenes.back().a, OwnPairs::All));
     }
