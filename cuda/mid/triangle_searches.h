@@ -143,7 +143,7 @@ private:
         m_exec.reserve(m_sortedKeys, count);
         const int bitsOfB = bitsFor(treeOfB());
         m_exec.forEach(count, KeyStep{m_pairs.data(), m_keys.data(), bitsOfB});
-        m_exec.sortKeys(m_keys.data(), m_sortedKeys.data(), count, 0, bitsFor(treeOfA()) + bitsOfB);
+        m_exec.sortKeys(m_keys.data(), m_sortedKeys.data(), count, bitsFor(treeOfA()) + bitsOfB);
         m_exec.forEach(count, PairOfKeyStep{m_sortedKeys.data(), m_pairs.data(), bitsOfB});
     }
 
