@@ -24,7 +24,8 @@ const std::vector<FigureInfo>& figures()
         {"phases", "share of each phase of Bullet's step, before and after", measurePhases},
         {"crossover", "where a GPU begins to pay", measureCrossover},
         {"threads", "speed-up by threads", measureThreads},
-        {"midphase", "GJK against triangle tests at the leaves of a mesh's tree, also of a cloth",
+        {"midphase",
+         "GJK against triangle tests at the leaves of a mesh's tree, and trees of meshes that deform",
          measureMidphase},
     };
     return all;

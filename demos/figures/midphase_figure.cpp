@@ -3,6 +3,7 @@
 #include "cullet/broad/psap/exec/host_exec.h"
 #include "cullet/demos/figures/figure.h"
 #include "cullet/demos/figures/midphase/leaf_tests.h"
+#include "cullet/demos/figures/midphase/triangle_sizes.h"
 #include "cullet/demos/program/interrupt.h"
 #include "cullet/demos/program/precision.h"
 #include "cullet/demos/program/progress.h"
@@ -249,6 +250,7 @@ void measureMidphase(const FigureOptions& options, ResultFile& file)
         if (!isInterrupted())
             measureScene(*scene, options.quick, progress, file);
     }
+    measureTriangleSizes(options, file);
 }
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

@@ -268,8 +268,24 @@ LEAVES = (("triangles", "C0", "triangles, eight at once"), ("triangles-1", "C0",
 MIDPHASE = {"hills": "hulls over hills", "bumps": "a ball through a ball", "cloth": "hulls under a cloth"}
 
 
+def midphase_sizes(axis, rows):
+    for name in dict.fromkeys(row["backend"] for row in rows):
+        some = sorted((float(row["bodies"]), float(row["median_ms"])) for row in chosen(rows, backend=name))
+        axis.plot(*zip(*some), marker="o", markersize=3, label=name)
+    axis.set_xscale("log")
+    axis.set_yscale("log")
+    axis.set_title("Two sheets that deform", fontsize=10)
+    axis.set_xlabel("triangles")
+    axis.set_ylabel("ms from vertices to pairs")
+    axis.legend(fontsize=8)
+    axis.grid(True, alpha=0.3)
+
+
 def midphase(rows):
-    figure, axes = plt.subplots(1, 3, figsize=(14, 4.4), sharex=True)
+    sizes = chosen(rows, benchmark="midphase.size")
+    figure, axes = plt.subplots(1, 4 if sizes else 3, figsize=(18 if sizes else 14, 4.4))
+    if sizes:
+        midphase_sizes(axes[3], sizes)
     for axis, (scene, title) in zip(axes, MIDPHASE.items()):
         some = {row["backend"]: row for row in chosen(rows, benchmark="midphase.leaf", scene=scene)}
         drawn = [leaf for leaf in reversed(LEAVES) if leaf[0] in some]
