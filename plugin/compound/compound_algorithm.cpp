@@ -216,20 +216,22 @@ CompoundAlgorithm::Children* CompoundAlgorithm::children(const btCollisionObject
 {
     if (m_children != nullptr)
         return m_children.get();
-    m_children.reset(new (std::nothrow) Children);
-    if (m_children == nullptr)
+    std::unique_ptr<Children> made(new (std::nothrow) Children);
+    if (made == nullptr)
         return nullptr;
     const auto& shape = static_cast<const btCompoundShape&>(*compound.getCollisionShape());
     const int count = m_childCollisionAlgorithms.size();
-    m_children->states.resize(count);
+    made->states.resize(count);
     for (int i = 0; i < count; ++i)
     {
         if (m_childCollisionAlgorithms[i] == nullptr)
             continue;
-        m_children->live.push_back(i);
-        m_children->states[i] = stateOf(*m_childCollisionAlgorithms[i], *shape.getChildShape(i),
-                                        *other.getCollisionShape(), m_sharedManifold != nullptr);
+        made->live.push_back(i);
+        made->states[i] = stateOf(*m_childCollisionAlgorithms[i], *shape.getChildShape(i),
+                                  *other.getCollisionShape(), m_sharedManifold != nullptr);
     }
+    // Complete, since Bullet's allocator may throw meanwhile.
+    m_children = std::move(made);
     return m_children.get();
 }
 

@@ -149,7 +149,7 @@ private:
         }
         catch (...)
         {
-            m_pairs.cache.removeOverlappingPair(a.m_index, b.m_index);
+            // The cache may hold half of the pair: processCollision() forgets all.
             m_pairs.states.pop_back();
             throw;
         }
@@ -159,10 +159,11 @@ private:
     /// For a query with a distance, with an algorithm of its own.
     void processOnce(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b)
     {
-        btCollisionAlgorithm* const algorithm =
-            m_algorithm.m_dispatcher->findAlgorithm(&a, &b, nullptr, BT_CLOSEST_POINT_ALGORITHMS);
+        btDispatcher& dispatcher = *m_algorithm.m_dispatcher;
+        const auto destroyIt = [&dispatcher](btCollisionAlgorithm* made) { destroy(*made, dispatcher); };
+        const std::unique_ptr<btCollisionAlgorithm, decltype(destroyIt)> algorithm(
+            dispatcher.findAlgorithm(&a, &b, nullptr, BT_CLOSEST_POINT_ALGORITHMS), destroyIt);
         process(*algorithm, a, b);
-        destroy(*algorithm, *m_algorithm.m_dispatcher);
     }
 
     void process(btCollisionAlgorithm& algorithm, const btCollisionObjectWrapper& a,
@@ -206,7 +207,7 @@ void CompoundPairAlgorithm::clearPairs()
 {
     if (m_pairs == nullptr)
         return;
-    for (int i = 0; i < m_pairs->array().size(); ++i)
+    for (int i = 0; i < m_pairs->states.size(); ++i)
         destroy(algorithmOf(m_pairs->array()[i]), *m_dispatcher);
     m_pairs.reset();
 }
@@ -276,17 +277,26 @@ void CompoundPairAlgorithm::processCollision(const btCollisionObjectWrapper* a,
         return CompoundAlgorithm::processCollision(a, b, info, result);
     }
     clearChildren();
-    Pairs& own = pairs(compoundOf(*a), compoundOf(*b));
-    refreshFirst(own, *result);
-    Pass pass(*this, own, *a, *b, info, *result);
-    pass.run();
-    destroyFarPairs(own, pass, *result);
+    try
+    {
+        Pairs& own = pairs(compoundOf(*a), compoundOf(*b));
+        refreshFirst(own, *result);
+        Pass pass(*this, own, *a, *b, info, *result);
+        pass.run();
+        destroyFarPairs(own, pass, *result);
+    }
+    catch (...)
+    {
+        // Bullet's cache is not whole after its allocator has thrown.
+        clearPairs();
+        throw;
+    }
 }
 
 void CompoundPairAlgorithm::getAllContactManifolds(btManifoldArray& manifolds)
 {
     CompoundAlgorithm::getAllContactManifolds(manifolds);
-    for (int i = 0; m_pairs != nullptr && i < m_pairs->array().size(); ++i)
+    for (int i = 0; m_pairs != nullptr && i < m_pairs->states.size(); ++i)
         algorithmOf(m_pairs->array()[i]).getAllContactManifolds(manifolds);
 }
 }  // namespace CULLET_PRECISION
