@@ -344,8 +344,9 @@ TEST(Program, AnswersUnknownCommandWithKnownOnes)
               "verify, list, render\n");
     const Outcome bench = runProgram("bench board");
     EXPECT_EQ(bench.code, 2);
-    EXPECT_EQ(bench.errors,
-              "cullet: unknown command 'board'; known: broad, world, mesh, narrow, cuda, losses\n");
+    EXPECT_EQ(
+        bench.errors,
+        "cullet: unknown command 'board'; known: broad, world, mesh, compounds, narrow, cuda, losses\n");
 }
 
 TEST(RunCommand, ExplainsWrongUsage)
