@@ -20,8 +20,6 @@ struct cullet_device_finder
 
 namespace
 {
-static_assert(sizeof(cullet_pair) == sizeof(RowPair), "pairs are handed out as they are");
-
 constexpr std::uint64_t kMostBoxes = 1u << 30;
 }  // namespace
 
@@ -33,13 +31,12 @@ cullet_status cullet_device_finder_create(const cullet_device_finder_options* op
         {
             requirePointer(finder, "finder is NULL");
             const auto known = readOptions<sizeof(cullet_device_finder_options)>(options);
-            require(known.device >= 0, CULLET_ERROR_ARGUMENT, "device: an ordinal from 0 on expected");
+            requireOrdinal(known.device);
             PsapOptions psap;
             psap.device = known.device;
             std::string why;
             auto made = makeDevicePairFinder(psap, static_cast<CUstream_st*>(known.stream), &why);
-            if (made == nullptr)
-                throw Failure{CULLET_ERROR_NO_DEVICE, "no CUDA device: " + why};
+            requireMade(made.get(), why);
             *finder = new cullet_device_finder{std::move(made)};
             return CULLET_OK;
         });

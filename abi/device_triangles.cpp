@@ -20,8 +20,6 @@ struct cullet_triangle_trees
 
 namespace
 {
-static_assert(sizeof(cullet_pair) == sizeof(RowPair), "pairs are handed out as they are");
-
 constexpr std::uint32_t kMostTrees = 1u << 16;
 constexpr std::uint32_t kUsualTrees = 2;
 constexpr std::uint64_t kUsualStride = 3;
@@ -44,6 +42,7 @@ DeviceTriangles meshOf(const cullet_device_mesh* mesh)
 
 void requireTree(const cullet_triangle_trees* trees, std::uint32_t tree)
 {
+    requirePointer(trees, "trees is NULL");
     require(tree < trees->trees->trees(), CULLET_ERROR_ARGUMENT,
             "tree: a number below that of trees expected");
 }
@@ -57,6 +56,20 @@ void callDevice(cullet_triangle_trees* trees, const Call& call)
         trees->hasSearch = false;
     requireDevice(status);
 }
+
+/// Gives a mesh to a tree by a function of the trees.
+cullet_status giveMesh(cullet_triangle_trees* trees, std::uint32_t tree, const cullet_device_mesh* mesh,
+                       Status (DeviceTriangleTrees::*give)(std::uint32_t, const DeviceTriangles&))
+{
+    return guarded(
+        [&]
+        {
+            requireTree(trees, tree);
+            const DeviceTriangles known = meshOf(mesh);
+            callDevice(trees, [&](DeviceTriangleTrees& device) { return (device.*give)(tree, known); });
+            return CULLET_OK;
+        });
+}
 }  // namespace
 
 cullet_status cullet_triangle_trees_create(const cullet_triangle_trees_options* options,
@@ -67,13 +80,12 @@ cullet_status cullet_triangle_trees_create(const cullet_triangle_trees_options* 
         {
             requirePointer(trees, "trees is NULL");
             const auto known = readOptions<sizeof(cullet_triangle_trees_options)>(options);
-            require(known.device >= 0, CULLET_ERROR_ARGUMENT, "device: an ordinal from 0 on expected");
+            requireOrdinal(known.device);
             require(known.trees <= kMostTrees, CULLET_ERROR_ARGUMENT, "trees: more than 65536");
             std::string why;
             auto made = makeDeviceTriangleTrees(known.trees == 0 ? kUsualTrees : known.trees, known.device,
                                                 static_cast<CUstream_st*>(known.stream), &why);
-            if (made == nullptr)
-                throw Failure{CULLET_ERROR_NO_DEVICE, "no CUDA device: " + why};
+            requireMade(made.get(), why);
             *trees = new cullet_triangle_trees{std::move(made)};
             return CULLET_OK;
         });
@@ -87,29 +99,13 @@ void cullet_triangle_trees_destroy(cullet_triangle_trees* trees)
 cullet_status cullet_triangle_trees_build(cullet_triangle_trees* trees, uint32_t tree,
                                           const cullet_device_mesh* mesh)
 {
-    return guarded(
-        [&]
-        {
-            requirePointer(trees, "trees is NULL");
-            requireTree(trees, tree);
-            const DeviceTriangles known = meshOf(mesh);
-            callDevice(trees, [&](DeviceTriangleTrees& device) { return device.build(tree, known); });
-            return CULLET_OK;
-        });
+    return giveMesh(trees, tree, mesh, &DeviceTriangleTrees::build);
 }
 
 cullet_status cullet_triangle_trees_refit(cullet_triangle_trees* trees, uint32_t tree,
                                           const cullet_device_mesh* mesh)
 {
-    return guarded(
-        [&]
-        {
-            requirePointer(trees, "trees is NULL");
-            requireTree(trees, tree);
-            const DeviceTriangles known = meshOf(mesh);
-            callDevice(trees, [&](DeviceTriangleTrees& device) { return device.refit(tree, known); });
-            return CULLET_OK;
-        });
+    return giveMesh(trees, tree, mesh, &DeviceTriangleTrees::refit);
 }
 
 cullet_status cullet_triangle_trees_enqueue_pairs(cullet_triangle_trees* trees, uint32_t a, uint32_t b)
@@ -117,7 +113,6 @@ cullet_status cullet_triangle_trees_enqueue_pairs(cullet_triangle_trees* trees, 
     return guarded(
         [&]
         {
-            requirePointer(trees, "trees is NULL");
             requireTree(trees, a);
             requireTree(trees, b);
             callDevice(trees, [&](DeviceTriangleTrees& device) { return device.enqueuePairs(a, b); });
@@ -132,7 +127,6 @@ cullet_status cullet_triangle_trees_enqueue_own_pairs(cullet_triangle_trees* tre
     return guarded(
         [&]
         {
-            requirePointer(trees, "trees is NULL");
             requireTree(trees, tree);
             require(which == CULLET_OWN_PAIRS_ALL || which == CULLET_OWN_PAIRS_WITHOUT_NEIGHBOURS,
                     CULLET_ERROR_ARGUMENT, "which: CULLET_OWN_PAIRS_ALL or another of its kind expected");
