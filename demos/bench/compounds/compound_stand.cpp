@@ -193,10 +193,7 @@ void CompoundStand::place(std::size_t i)
         site.setY(site.y() + btScalar(m_random.uniform(0.5f, 1.5f)));
         velocity.setY(-2);
     }
-    m_bodies[i]->setWorldTransform(btTransform(rotation, site));
-    m_bodies[i]->setInterpolationWorldTransform(btTransform(rotation, site));
-    m_bodies[i]->setLinearVelocity(velocity);
-    m_bodies[i]->setAngularVelocity(btVector3(0, 0, 0));
+    restart(*m_bodies[i], btTransform(rotation, site), velocity);
 }
 
 void CompoundStand::direct()
@@ -238,10 +235,10 @@ double CompoundStand::dispatchAt(const std::vector<btTransform>& poses)
 
 int CompoundStand::contactCount()
 {
-    const btDispatcher& dispatcher = *world().getDispatcher();
+    btDispatcher& dispatcher = *world().getDispatcher();
     int count = 0;
     for (int i = 0; i < dispatcher.getNumManifolds(); ++i)
-        count += world().getDispatcher()->getManifoldByIndexInternal(i)->getNumContacts();
+        count += dispatcher.getManifoldByIndexInternal(i)->getNumContacts();
     return count;
 }
 }  // namespace CULLET_PRECISION

@@ -130,6 +130,14 @@ btTransform transformAt(const btVector3& origin)
     return btTransform(btQuaternion::getIdentity(), origin);
 }
 
+void restart(btRigidBody& body, const btTransform& at, const btVector3& velocity)
+{
+    body.setWorldTransform(at);
+    body.setInterpolationWorldTransform(at);
+    body.setLinearVelocity(velocity);
+    body.setAngularVelocity(btVector3(0, 0, 0));
+}
+
 WorldScene::WorldScene(std::string name, NamedBroadphase broadphase, const WorldSceneOptions& options,
                        const WorldKind& kind)
     : m_name(std::move(name)),

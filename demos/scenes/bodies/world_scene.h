@@ -182,6 +182,9 @@ void hashScalars(std::uint64_t& hash, const btVector3& vector);
 
 btTransform transformAt(const btVector3& origin);
 
+/// Puts a body elsewhere, with a velocity and no rotation.
+void restart(btRigidBody& body, const btTransform& at, const btVector3& velocity);
+
 struct WorldSceneInfo
 {
     const char* name;

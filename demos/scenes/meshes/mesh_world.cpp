@@ -257,10 +257,7 @@ void MeshWorld::place(std::size_t i)
         site.setY(site.y() + btScalar(m_random.uniform(0.2f, 2.0f)));
         velocity.setY(-1);
     }
-    m_bodies[i]->setWorldTransform(btTransform(rotation, site));
-    m_bodies[i]->setInterpolationWorldTransform(btTransform(rotation, site));
-    m_bodies[i]->setLinearVelocity(velocity);
-    m_bodies[i]->setAngularVelocity(btVector3(0, 0, 0));
+    restart(*m_bodies[i], btTransform(rotation, site), velocity);
 }
 
 void MeshWorld::direct()

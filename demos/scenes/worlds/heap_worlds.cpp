@@ -54,10 +54,7 @@ private:
         btRigidBody& oldest = *m_bodies[m_next];
         m_next = (m_next + 1) % m_bodies.size();
         world().removeRigidBody(&oldest);
-        oldest.setWorldTransform(spout);
-        oldest.setInterpolationWorldTransform(spout);
-        oldest.setLinearVelocity(btVector3(0, -5, 0));
-        oldest.setAngularVelocity(btVector3(0, 0, 0));
+        restart(oldest, spout, btVector3(0, -5, 0));
         oldest.clearForces();
         if (options().sleeping)
             oldest.forceActivationState(ACTIVE_TAG);
