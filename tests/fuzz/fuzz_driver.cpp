@@ -31,6 +31,7 @@ constexpr std::size_t kMostPrinted = 2048;
 struct Options
 {
     std::uint64_t cases = 1000;
+    std::uint64_t first = 0;  ///< case
     std::uint32_t seed = 1;
     std::uint32_t operations = 400;
     double minutes = 0;  ///< in place of `cases`, if above zero
@@ -41,11 +42,11 @@ struct Options
 int usage()
 {
     std::fprintf(stderr,
-                 "usage: fuzz_%s [--cases N] [--seed S] [--operations M] [--corpus DIR|FILE] [--minutes T]\n"
-                 "               [--save FILE]\n"
-                 "Runs the corpus, then N inputs of up to M operations, or for T minutes. Shrinks what "
-                 "fails, prints it as\n"
-                 "a test and saves it to FILE.\n",
+                 "usage: fuzz_%s [--cases N] [--first I] [--seed S] [--operations M] [--corpus DIR|FILE]\n"
+                 "               [--minutes T] [--save FILE]\n"
+                 "Runs the corpus, then N inputs of up to M operations from the I-th on, or for T minutes. "
+                 "Shrinks what\n"
+                 "fails, prints it as a test and saves it to FILE.\n",
                  kFuzzTargetName);
     return 2;
 }
@@ -58,6 +59,8 @@ bool parse(int count, char** arguments, Options& options)
         const char* value = arguments[i + 1];
         if (name == "--cases")
             options.cases = std::strtoull(value, nullptr, 10);
+        else if (name == "--first")
+            options.first = std::strtoull(value, nullptr, 10);
         else if (name == "--seed")
             options.seed = static_cast<std::uint32_t>(std::strtoul(value, nullptr, 10));
         else if (name == "--operations")
@@ -164,10 +167,10 @@ public:
     {
         std::printf("%s: seed %" PRIu32 ", %zu files\n", kFuzzTargetName, m_options.seed, m_corpus.size());
         bool holds = runCorpus();
-        const std::uint64_t cases =
-            m_options.minutes > 0 ? std::numeric_limits<std::uint64_t>::max() : m_options.cases;
-        for (std::uint64_t index = 0; holds && index < cases && !isOver(); index += kBatch)
-            holds = runBatch(index, std::min(kBatch, cases - index));
+        const std::uint64_t end = m_options.minutes > 0 ? std::numeric_limits<std::uint64_t>::max()
+                                                        : m_options.first + m_options.cases;
+        for (std::uint64_t index = m_options.first; holds && index < end && !isOver(); index += kBatch)
+            holds = runBatch(index, std::min(kBatch, end - index));
         const auto perSecond = static_cast<double>(m_child.operations()) / std::max(seconds(), 1e-3);
         std::printf("%s: %" PRIu64 " cases, %" PRIu64 " operations, %.0f per second\n", kFuzzTargetName,
                     m_child.cases(), m_child.operations(), perSecond);
