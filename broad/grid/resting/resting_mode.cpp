@@ -103,7 +103,7 @@ void RestingMode::classifyChangedBoxes(const ProxyView& view)
 {
     m_changes.inside.clear();
     m_changes.outside.clear();
-    // In an infinite skin everything is inside, destroyed boxes too, so that the kernel finds none.
+    // In an infinite skin everything is inside, empty boxes too, so that the kernel finds none.
     m_changes.areFew = view.dirtyCount <= view.size / kManyShare || !std::isfinite(m_skin.thickness);
     const std::uint32_t awakeMoves =
         m_changes.areFew ? classifyFewChangedBoxes(view) : classifyAllBoxes(view);
@@ -121,7 +121,7 @@ std::uint32_t RestingMode::classifyFewChangedBoxes(const ProxyView& view)
         if (m_states[row] == RowState::Awake)
             ++awakeMoves;
         else if (m_states[row] == RowState::Absent ||
-                 (view.changes[row] & (kRowCreated | kRowDestroyed)) != 0 ||
+                 (view.changes[row] & (kRowCreated | kRowDestroyed)) != 0 || !isValid(view.boxes[row]) ||
                  !m_skin.contains(view.boxes[row], m_core.reference[row]))
             m_changes.outside.push_back(row);
         else

@@ -130,6 +130,21 @@ TEST_P(BackendResting, RemovesPairOfDestroyedBoxWhenMarginIsInfinite)
     EXPECT_EQ(session.delta().removed.size(), 1u);
 }
 
+TEST_P(BackendResting, RemovesPairOfEmptiedBoxWhenMarginIsInfinite)
+{
+    session.margin = kInfinity;
+    session.add(boxAt(0, 0, 0));
+    const ProxyId other = session.add(boxAt(0, 0.5f, 0));
+    ASSERT_TRUE(rest());
+    session.table.setBox(other, kEmptyAabb);
+    ASSERT_TRUE(step());
+    EXPECT_EQ(session.delta().removed.size(), 1u);
+    ASSERT_TRUE(rest());
+    session.table.setBox(other, boxAt(0, 0.5f, 0));
+    ASSERT_TRUE(step());
+    EXPECT_EQ(session.delta().added.size(), 1u);
+}
+
 TEST_P(BackendResting, AddsAndRemovesPairOfMovingBoxAndRestingHalfSpace)
 {
     session.add({{-kInfinity, -kInfinity, -kInfinity}, {kInfinity, 0, kInfinity}});
