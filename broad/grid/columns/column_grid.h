@@ -118,8 +118,8 @@ public:
     /// @param input the boxes of that scan
     void scanAgain(const GridInput& input, PairSink& sink);
 
-    /// Width of the finest cells.
-    float finestWidth() const { return m_plan.width[0]; }
+    /// Width of the narrowest cells.
+    float narrowestWidth() const { return m_plan.narrowest; }
 
     /// Hands every kept box that overlaps one of `boxes` to the sink as {index, kept}, each once, one of `boxes`
     /// after the other. The last scan had ColumnUse::Query.
@@ -284,7 +284,7 @@ private:
 
     void preparePlan(const GridInput& input);
     void makePlan(const GridInput& input, const SizeHistogram& sizes);
-    bool isPlanStale(const SizeHistogram& sizes) const;
+    bool isPlanStale(const SizeHistogram& sizes, float cellSkin) const;
     void learnDensity();
     void fill(const GridInput& input);
     bool tryFill(const GridInput& input);
@@ -322,6 +322,7 @@ private:
     const ColumnKernels& m_kernels;
     GridPlan m_plan;
     SizeHistogram m_plannedSizes;  // sizes that the plan was made for
+    float m_leastWidth = 0;        // that the plan was made with
     double m_density = 1;
     bool m_hasPlan = false;
     CellWindow m_window;

@@ -341,7 +341,7 @@ void ColumnGrid::fill(const GridInput& input)
         SizeHistogram sizes;
         for (unsigned t = 0; t < m_taskCount; ++t)
             sizes.add(m_tasks[t].sizes);
-        if (attempt > 0 || !isPlanStale(sizes))
+        if (attempt > 0 || !isPlanStale(sizes, input.cellSkin))
             break;
         makePlan(input, sizes);
     }

@@ -11,7 +11,9 @@ namespace cullet
 namespace
 {
 constexpr std::uint32_t kShortestFollow = 8;
-}
+// Cells are at least so many skins wide: a box that fits its cells touches few of them with its skin.
+constexpr float kSkinsPerCell = 8;
+}  // namespace
 
 void ColumnGrid::preparePlan(const GridInput& input)
 {
@@ -41,13 +43,18 @@ void ColumnGrid::makePlan(const GridInput& input, const SizeHistogram& sizes)
     float span[3];
     measureSpans(input.boxes, input.proxyRows, input.count, span);
     const int axis = chooseSweepAxis(span, m_hasPlan ? m_plan.sweepAxis : 0);
-    m_plan = makeGridPlan(sizes, span, axis, m_density, {m_options.cellScale, m_options.levels});
+    m_leastWidth = kSkinsPerCell * input.cellSkin;
+    m_plan =
+        makeGridPlan(sizes, span, axis, m_density, {m_options.cellScale, m_options.levels, m_leastWidth});
     m_plannedSizes = sizes;
     m_hasPlan = true;
 }
 
-bool ColumnGrid::isPlanStale(const SizeHistogram& sizes) const
+bool ColumnGrid::isPlanStale(const SizeHistogram& sizes, float cellSkin) const
 {
+    const bool isPlanLimited = m_plan.narrowest <= m_leastWidth;
+    if (isPlanLimited && 4 * kSkinsPerCell * cellSkin < m_leastWidth)
+        return true;
     const std::uint32_t total = sizes.count();
     std::uint32_t moved = 0;
     for (std::size_t o = 0; o < sizes.bins.size(); ++o)

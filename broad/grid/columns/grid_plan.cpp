@@ -283,8 +283,10 @@ GridPlan makeGridPlan(const SizeHistogram& sizes, const float span[3], int sweep
     for (std::size_t level = 0; level < bands.size(); ++level)
     {
         const LevelCost cost = bestLevel(bands, level, world, limits.cellScale);
-        plan.width[level] = static_cast<float>(cost.width);
-        plan.inverseWidth[level] = static_cast<float>(1.0 / cost.width);
+        const double width = std::max<double>(cost.width, limits.leastWidth);
+        plan.width[level] = static_cast<float>(width);
+        plan.inverseWidth[level] = static_cast<float>(1.0 / width);
+        plan.narrowest = level == 0 ? plan.width[0] : std::min(plan.narrowest, plan.width[level]);
         plan.predictedCandidates += cost.candidates;
     }
     std::uint8_t level = 0;

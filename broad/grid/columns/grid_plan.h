@@ -55,6 +55,7 @@ struct GridPlan
     std::uint32_t levelCount = 1;
     std::array<float, kMaxLevels> width{{1.0f}};
     std::array<float, kMaxLevels> inverseWidth{{1.0f}};
+    float narrowest = 1;  ///< the least of the widths: a level of few boxes may be wider than a coarser one
     std::array<std::uint8_t, kOctaveCount> levelOfOctave{};
     double predictedCandidates = 0;
     // Expected cost of filling and scanning, nanoseconds of a 2023 server core: of the plan, with one level, and with
@@ -69,6 +70,7 @@ struct GridPlanLimits
 {
     float cellScale = 0;       ///< > 0: width of every level in units of its largest boxes
     std::uint32_t levels = 0;  ///< > 0: number of levels, if there are as many octaves of sizes
+    float leastWidth = 0;      ///< of every level
 };
 
 /// Robust extents of the box centres (5 % to 95 % quantile, scaled up) from a deterministic sample.

@@ -45,6 +45,9 @@ bool MotionBound::areTeleporting(const ProxyView& view, const std::vector<std::u
 
 void MotionBound::choose(std::uint32_t rows)
 {
+    // The grid may have other cells than those that the bound was chosen for.
+    while (m_octave > kLeastOctave && !isAllowed(m_octave))
+        --m_octave;
     const std::uint32_t octave = std::max(kLeastOctave, bestOctave(rows));
     const bool isEnough = octave <= m_octave;
     m_calmUpdates = isEnough && octave + 2 < m_octave ? m_calmUpdates + 1 : 0;
@@ -64,7 +67,7 @@ std::uint32_t MotionBound::bestOctave(std::uint32_t rows) const
     if (all == few || !isAllowed(all))
         return few;
     const double more =
-        (motionBoundOf(all) - motionBoundOf(std::max(few, kLeastOctave))) / m_core.grid.finestWidth();
+        (motionBoundOf(all) - motionBoundOf(std::max(few, kLeastOctave))) / m_core.grid.narrowestWidth();
     const double listing = kCostOfListed * static_cast<double>(m_core.stats.pairs);
     return 4.0 * more * kCostOfEntry * static_cast<double>(m_core.grid.entryCount()) < listing ? all : few;
 }
@@ -72,7 +75,7 @@ std::uint32_t MotionBound::bestOctave(std::uint32_t rows) const
 /// Whether cells are wide enough for the bound of an octave.
 bool MotionBound::isAllowed(std::uint32_t octave) const
 {
-    return motionBoundOf(octave) < 0.125f * m_core.grid.finestWidth();
+    return motionBoundOf(octave) < 0.125f * m_core.grid.narrowestWidth();
 }
 
 /// Room for the motions of all boxes; null where, by the last update, one bound for all boxes finds as few pairs.
