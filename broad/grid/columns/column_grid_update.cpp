@@ -30,13 +30,12 @@ Float4 floatOfRank(Int4 rank)
     return value;
 }
 
-/// The lowest finite face that lies in the given cell or a higher one, lane by lane; by bisection.
+/// The lowest finite face that lies in the given cell or a higher one, or infinity, lane by lane; by bisection.
 Float4 facesFrom(Int4 cells, const CellBounds& cellBounds)
 {
-    constexpr std::int32_t kLargest =
-        0x7f7fffff;  // rank of the largest float; the lowest one has -kLargest - 1
-    Int4 below = Int4{} - kLargest - 1;
-    Int4 rank = Int4{} + kLargest;
+    constexpr std::int32_t kInfinity = 0x7f800000;  // rank of infinity; the lowest float has -kInfinity
+    Int4 below = Int4{} - kInfinity;
+    Int4 rank = Int4{} + kInfinity;
     // Invariant: the rank of the result is in (below, rank], up to the ends.
     for (int step = 0; step < 32; ++step)
     {

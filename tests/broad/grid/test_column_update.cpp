@@ -8,14 +8,19 @@
 #include "cullet/broad/limits.h"
 #include "cullet/broad/pairs/pair_sort.h"
 #include "cullet/tests/support/backend_session.h"
+#include "cullet/tests/support/boxes.h"
+#include "cullet/tests/support/random.h"
 #include "cullet/tests/support/random_world.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <limits>
 #include <map>
+#include <memory>
 #include <ostream>
 #include <string>
+#include <vector>
 
 namespace cullet::test
 {
@@ -169,6 +174,29 @@ std::size_t updateBoth(Backend& one, Backend& other, ProxyTable& table)
     EXPECT_EQ(a.added, b.added);
     EXPECT_EQ(a.removed, b.removed);
     return a.removed.size();
+}
+
+TEST(ColumnUpdate, FollowsBoxesAtTheLargestFloat)
+{
+    constexpr float kLargest = std::numeric_limits<float>::max();
+    BackendSession session(std::make_unique<ColumnGridBackend>(alwaysMoving(1, false)));
+    Random random(23);
+    std::vector<ProxyId> rows;
+    for (int i = 0; i < 200; ++i)
+    {
+        Aabb box = boxAt(random.point(0, 12));
+        box.min[0] = box.max[0] = i % 2 == 0 ? kLargest : -kLargest;
+        rows.push_back(session.add(box));
+    }
+    for (int step = 0; step < 8; ++step)
+    {
+        ASSERT_TRUE(session.step());
+        for (const ProxyId row : rows)
+            session.table.setBox(row, translated(session.table.box(row), 0, random.between(-0.05f, 0.05f),
+                                                 random.between(-0.05f, 0.05f)));
+    }
+    EXPECT_STREQ(session.backend().stats().path, "follow");
+    EXPECT_GT(session.addedTotal() + session.removedTotal(), 200u);
 }
 
 TEST(ColumnUpdate, ReportsSameDeltasWithOneAndFourThreadsWhenMostBoxesMove)
