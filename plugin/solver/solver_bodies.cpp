@@ -393,8 +393,13 @@ void SolverBodies::writeBackMoved(const btContactSolverInfo& info, std::uint32_t
     body.setCompanionId(-1);
     if (!isMoved(number))
         return;
-    const btVector3 linear = vectorOf(m_motions[number].linear),
-                    angular = vectorOf(m_motions[number].angular);
+    const btVector3 linear = vectorOf(m_motions[number].linear);
+    btVector3 angular = vectorOf(m_motions[number].angular);
+    // A pose turns by no more in a step. Points of contact of a body that is to turn faster would leave what they touch
+    // by their velocity alone, in every step, while the body sinks.
+    const btScalar most = ANGULAR_MOTION_THRESHOLD / info.m_timeStep;
+    if (m_isBound[number] != 0 && angular.length2() > most * most)
+        angular *= most / angular.length();
     body.setLinearVelocity(linear);
     body.setAngularVelocity(angular);
     if (m_isBound[number] == 0)

@@ -3,11 +3,14 @@
 
 // Contacts whose outcome a formula gives: slopes, bounces, weights at rest.
 #include "cullet/tests/plugin/solver/solver_scene.h"
+#include "cullet/tests/support/random.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
+#include <string>
+#include <vector>
 
 namespace cullet::test
 {
@@ -328,6 +331,39 @@ Measures ferry(SolverScene& scene)
 TEST(SolverContacts, CarryBodiesOnPlatforms)
 {
     expectAsStock(ferry);
+}
+
+/// Small cylinders that strike the floor with their rims turn faster than a pose can follow in a step.
+TEST(SolverContacts, KeepFastSmallCylindersAboveTheFloorWithModelSoft)
+{
+    constexpr int kSide = 50, kSeed = 41;
+    SCOPED_TRACE("seed " + std::to_string(kSeed));
+    Random random(kSeed);
+    SolverScene scene(Contender::Soft);
+    scene.add(scene.box(100, 2, 100), 0, vec(0, -2, 0));
+    std::vector<btRigidBody*> cylinders;
+    for (int i = 0; i < kSide * kSide; ++i)
+    {
+        const double size = double(random.between(0.14f, 0.35f));
+        btCollisionShape& shape = scene.shape<btCylinderShape>(vec(random.point(0.5f, 1)) * btScalar(size));
+        const btVector3 axis = vec(random.point(-1, 1));
+        const btTransform place(btQuaternion(axis.x(), axis.y(), axis.z(), 1).normalized(),
+                                vec(3 * (i % kSide) - 75, random.between(0.8f, 1.2f), 3 * (i / kSide) - 75));
+        btRigidBody& cylinder = scene.add(shape, double(random.between(0.5f, 4)), place);
+        cylinder.setLinearVelocity(vec(random.point(-3, 3)) - vec(0, random.between(16, 20), 0));
+        cylinders.push_back(&cylinder);
+    }
+    double fastest = 0;
+    for (int i = 0; i < 45; ++i)
+    {
+        scene.step();
+        for (const btRigidBody* cylinder : cylinders)
+            fastest = std::max(fastest, double(cylinder->getAngularVelocity().length()));
+    }
+    EXPECT_GT(fastest, 40) << "none turns fast";
+    const auto sunk = std::count_if(cylinders.begin(), cylinders.end(),
+                                    [](const btRigidBody* cylinder) { return heightOfBody(*cylinder) < 0; });
+    EXPECT_EQ(sunk, 0);
 }
 
 /// A kinematic wall pushes boxes over the floor.
