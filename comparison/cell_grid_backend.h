@@ -4,8 +4,8 @@
 
 #include "cullet/broad/backend.h"
 #include "cullet/broad/cell_visitor.h"
-#include "cullet/broad/pairs/candidate_pairs.h"
 #include "cullet/comparison/backends.h"
+#include "cullet/comparison/candidate_pairs.h"
 #include "cullet/comparison/cell_grid.h"
 
 #include <cstdint>

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "cullet/broad/backend.h"
-#include "cullet/broad/pairs/candidate_pairs.h"
+#include "cullet/comparison/candidate_pairs.h"
 
 #include <cstdint>
 #include <vector>
