@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "cullet/broad/psap/exec/host_exec.h"
 #include "cullet/broad/psap/psap_backend.h"
 #include "cullet/comparison/backends.h"
 #include "cullet/comparison/thesis/cell_search.h"
+#include "cullet/cuda/host/host_exec.h"
 
 namespace cullet
 {
