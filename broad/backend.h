@@ -105,14 +105,10 @@ struct BackendStats
     std::uint64_t rebuildsTotal = 0;  ///< updates that took the clear-and-rebuild path
     /// Sweep and prune on an executor: searches that were repeated because a list, a bin or a tile was too small.
     std::uint64_t retriesTotal = 0;
-    std::uint64_t cellsTouched = 0;      ///< cells that an id was added to or removed from
-    std::uint64_t cellsVisited = 0;      ///< cells that were searched for partners
-    std::uint64_t mostTests = 0;         ///< Le Grand's grid: box tests in the fullest cell
-    std::uint64_t falsePairs = 0;        ///< shifted sweep and prune: found by rounding alone, and dropped
-    std::uint64_t swaps[3] = {0, 0, 0};  ///< sweep and prune: swaps of neighbouring endpoints, by axis
-    std::uint64_t bytesMoved = 0;        ///< between the memory of the CPU and that of a device
-    GridDecision decision;               ///< of the column grid
-    Array<StageTime> stages;             ///< with PsapOptions::timeStages, in order
+    std::uint64_t cellsVisited = 0;  ///< cells that were searched for partners
+    std::uint64_t bytesMoved = 0;    ///< between the memory of the CPU and that of a device
+    GridDecision decision;           ///< of the column grid
+    Array<StageTime> stages;         ///< with PsapOptions::timeStages, in order
 };
 
 /// Finds the overlapping pairs of a set of boxes and reports how the set changed.

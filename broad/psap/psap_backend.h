@@ -93,6 +93,7 @@ public:
     }
 
     const char* name() const noexcept override { return m_name; }
+    const SearchOn<Exec>& search() const { return m_search; }
 
     BackendStats stats() const override
     {
@@ -417,7 +418,6 @@ private:
         m_stats.pairs = m_held.count();
         m_stats.unbounded = m_counts.unboundedCount;
         m_stats.entries = m_search.entryCount();
-        m_stats.falsePairs = m_search.falsePairCount();
         m_stats.candidates = m_exec.collectTestCount();
     }
 
