@@ -105,14 +105,10 @@ struct BackendStats
     std::uint64_t rebuildsTotal = 0;  ///< updates that took the clear-and-rebuild path
     /// Sweep and prune on an executor: searches that were repeated because a list, a bin or a tile was too small.
     std::uint64_t retriesTotal = 0;
-    std::uint64_t cellsTouched = 0;      ///< cells that an id was added to or removed from
-    std::uint64_t cellsVisited = 0;      ///< cells that were searched for partners
-    std::uint64_t mostTests = 0;         ///< Le Grand's grid: box tests in the fullest cell
-    std::uint64_t falsePairs = 0;        ///< shifted sweep and prune: found by rounding alone, and dropped
-    std::uint64_t swaps[3] = {0, 0, 0};  ///< sweep and prune: swaps of neighbouring endpoints, by axis
-    std::uint64_t bytesMoved = 0;        ///< between the memory of the CPU and that of a device
-    GridDecision decision;               ///< of the column grid
-    Array<StageTime> stages;             ///< with PsapOptions::timeStages, in order
+    std::uint64_t cellsVisited = 0;  ///< cells that were searched for partners
+    std::uint64_t bytesMoved = 0;    ///< between the memory of the CPU and that of a device
+    GridDecision decision;           ///< of the column grid
+    Array<StageTime> stages;         ///< with PsapOptions::timeStages, in order
 };
 
 /// Finds the overlapping pairs of a set of boxes and reports how the set changed.
@@ -148,32 +144,31 @@ public:
     virtual BackendStats stats() const = 0;
 };
 
+/// Options of the grid. They change its speed, and never the pairs. All but `threads` are for tests and comparisons.
 struct GridOptions
 {
-    /// Threads used inside an update; 0: as many as the machine has. The result never depends on it.
+    /// Threads used inside an update; 0: as many as the machine has.
     int threads = 0;
-    /// Buckets of the cell hash; 0: as many as needed. Any value gives the same pairs (1 forces every collision).
+    /// Buckets of the cell hash; 0: as many as needed, 1 forces every collision.
     std::uint32_t bucketCount = 0;
-    /// Cell width in units of the largest box of its level; 0: tuned from counted work. Any value gives the same pairs.
+    /// Cell width in units of the largest box of its level; 0: tuned from counted work.
     float cellScale = 0.0f;
     /// Fraction of moved rows above which the grid is cleared and rebuilt instead of updated; negative: automatic,
-    /// 0: always rebuild, 1: rebuild only when forced to. Any value gives the same pairs.
+    /// 0: always rebuild, 1: rebuild only when forced to.
     float rebuildFraction = -1.0f;
-    // For comparisons with what the cost model chooses:
     /// False: no resting mode, that is no skins around boxes that rest; every update processes all rows.
     bool settles = true;
-    /// Levels that the octaves of sizes are merged into, if there are as many; 0: automatic. Any value gives the same
-    /// pairs.
+    /// Levels that the octaves of sizes are merged into, if there are as many; 0: automatic.
     std::uint32_t levels = 0;
-    /// Slow-path switch for tests and comparisons: use no instructions beyond the x86-64 baseline.
+    /// Use no instructions beyond the x86-64 baseline.
     bool baselineSimd = false;
     /// Rows up to which every changed box is tested against all others, without a grid; kMeasured: where that is faster
-    /// on this processor. Any value gives the same pairs.
+    /// on this processor.
     static constexpr std::uint32_t kMeasured = 0xffffffffu;
     std::uint32_t flatLimit = kMeasured;
 };
 
-/// How the sweep axis is chosen. The pairs are the same.
+/// How the sweep axis is chosen.
 enum class PsapAxis
 {
     Variance,  ///< the axis along which the centres of the boxes vary most
@@ -183,7 +178,7 @@ enum class PsapAxis
     Random  ///< by the seed, once per backend
 };
 
-/// How the boxes are sorted. The pairs are the same.
+/// How the boxes are sorted.
 enum class PsapOrder
 {
     Automatic,  ///< on a GPU bins for small worlds and tiles for larger ones of one size, else counting
@@ -192,8 +187,7 @@ enum class PsapOrder
     Tiles  ///< into blocks of space, each sorted and searched by itself; by counting where a block is full
 };
 
-/// How partners are searched where boxes are sorted, not put into bins of fixed capacity. The pairs
-/// are the same.
+/// How partners are searched where boxes are sorted, not put into bins of fixed capacity.
 enum class PsapRowSearch
 {
     Automatic,  ///< Grouped where boxes are many, and of sizes that need several levels or in many pairs; else Alone
@@ -201,8 +195,7 @@ enum class PsapRowSearch
     Grouped  ///< the boxes of a warp cooperatively: their common surroundings are read once
 };
 
-/// Whether a neighbour list with skins is kept, so that updates in which boxes move little need no search. The deltas
-/// are the same.
+/// Whether a neighbour list with skins is kept, so that updates in which boxes move little need no search.
 enum class PsapNearPairs
 {
     Automatic,  ///< unless it has not paid recently
@@ -210,7 +203,7 @@ enum class PsapNearPairs
     Always  ///< whether it pays or not
 };
 
-/// In which order the CPU runs the indices of a step. The pairs are the same.
+/// In which order the CPU runs the indices of a step.
 enum class PsapExecutor
 {
     InOrder,
@@ -218,31 +211,29 @@ enum class PsapExecutor
     Threads
 };
 
-/// Options of the sweep-and-prune backend on a GPU.
+/// Options of the sweep-and-prune backend on a GPU. They change its speed, and never the pairs. All but `device` and
+/// `threads` are for tests and comparisons.
 struct PsapOptions
 {
     int device = 0;  ///< CUDA device ordinal
     PsapAxis axis = PsapAxis::Variance;
     std::uint32_t seed = 1;  ///< for PsapAxis::Random and PsapExecutor::Shuffled
-    /// Width of a cell and length of a bin in units of the longest box side of their level; 0: chosen by
-    /// a cost model. Any values give the same pairs.
+    /// Width of a cell and length of a bin in units of the longest box side of their level; 0: chosen by a cost model.
     float cellScale = 0.0f;
     float binScale = 0.0f;
-    /// Updates until the next plan of cells, bins or tiles is begun; 0: 32, and 256 for tiles. Any value
-    /// gives the same pairs.
+    /// Updates until the next plan of cells, bins or tiles is begun; 0: 32, and 256 for tiles.
     std::uint32_t updatesPerPlan = 0;
     PsapOrder order = PsapOrder::Automatic;
     PsapRowSearch rowSearch = PsapRowSearch::Automatic;
     PsapNearPairs nearPairs = PsapNearPairs::Automatic;  ///< for updates that report deltas
-    /// Initial capacity for pairs, entries and look-ups; every list grows when needed. Any value gives the same pairs
-    /// (1 forces every growth).
+    /// Initial capacity for pairs, entries and look-ups; every list grows when needed: 1 forces every growth.
     std::uint32_t initialCapacity = 1024;
     PsapExecutor executor = PsapExecutor::InOrder;  ///< of the backend on the CPU
     /// Threads that pack boxes for the executor, and of PsapExecutor::Threads; 0: as many as the machine has.
     int threads = 0;
     bool timeStages = false;  ///< BackendStats::stages; the device's clock around each stage
-    /// CUDA: threads in a block of the steps whose indices do not cooperate, in
-    /// warps of 32, up to 256, or 128 where steps find pairs. 0: the maximum. Any value gives the same pairs.
+    /// CUDA: threads in a block of the steps whose indices do not cooperate, in warps of 32, up to 256, or 128 where
+    /// steps find pairs. 0: the maximum.
     std::uint32_t blockThreads = 0;
 };
 

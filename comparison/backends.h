@@ -84,7 +84,7 @@ struct ThesisOptions : PsapOptions
     bool bitStrings = false;  ///< 8 x 8 second-level cells as bit strings, compared before a test
     bool splitWork = false;   ///< long sweeps are cut into parts of 128 tests
     /// The thesis's shift by cell x scene length in float, which finds false pairs; they are counted
-    /// (BackendStats::falsePairs) and dropped. Neither bitStrings nor splitWork; no shift along the principal axis.
+    /// (ComparisonStats::falsePairs) and dropped. Neither bitStrings nor splitWork; no shift along the principal axis.
     bool isShifted = false;
 };
 

@@ -158,7 +158,7 @@ void CellGridBackend::fillStats()
     m_stats.entries = counters.ids;
     m_stats.levels = counters.levels;
     m_stats.unbounded = counters.unbounded;
-    m_stats.cellsTouched = counters.touchedTotal - m_touchedBefore;
+    m_comparisonStats.cellsTouched = counters.touchedTotal - m_touchedBefore;
     m_stats.cellsVisited = counters.visitedTotal - m_visitedBefore;
     m_touchedBefore = counters.touchedTotal;
     m_visitedBefore = counters.visitedTotal;
@@ -168,7 +168,8 @@ void CellGridBackend::fillStats()
 Status CellGridBackend::update(const ProxyView& proxies, PairDelta& delta)
 try
 {
-    m_stats.candidates = m_stats.cellsTouched = m_stats.cellsVisited = 0;
+    m_stats.candidates = m_stats.cellsVisited = 0;
+    m_comparisonStats.cellsTouched = 0;
     m_pairs.begin(proxies);
     delta.clear();
     const bool isMarginNew = proxies.margin != m_margin;

@@ -4,9 +4,10 @@
 
 #include "cullet/broad/backend.h"
 #include "cullet/broad/cell_visitor.h"
-#include "cullet/broad/pairs/candidate_pairs.h"
 #include "cullet/comparison/backends.h"
+#include "cullet/comparison/candidate_pairs.h"
 #include "cullet/comparison/cell_grid.h"
+#include "cullet/comparison/comparison_stats.h"
 
 #include <cstdint>
 #include <vector>
@@ -14,7 +15,7 @@
 namespace cullet
 {
 /// See makeCellGridBackend().
-class CellGridBackend final : public Backend, public CellSource
+class CellGridBackend final : public Backend, public CellSource, public ComparisonSource
 {
 public:
     explicit CellGridBackend(const CellsOptions& options);
@@ -23,6 +24,7 @@ public:
     void restart(const Pairs& known) override;
     const char* name() const noexcept override { return "cells"; }
     BackendStats stats() const override { return m_stats; }
+    ComparisonStats comparisonStats() const override { return m_comparisonStats; }
     void forEachCell(const CellVisitor& visit) const override { m_grid.forEachCell(visit); }
 
 private:
@@ -46,5 +48,6 @@ private:
     std::uint64_t m_touchedBefore = 0;  ///< counters of the grid at the end of the last update
     std::uint64_t m_visitedBefore = 0;
     BackendStats m_stats;
+    ComparisonStats m_comparisonStats;
 };
 }  // namespace cullet

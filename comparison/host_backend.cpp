@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "cullet/broad/psap/exec/host_exec.h"
 #include "cullet/broad/psap/psap_backend.h"
 #include "cullet/comparison/backends.h"
-#include "cullet/comparison/thesis/cell_search.h"
+#include "cullet/comparison/thesis/thesis_backend.h"
+#include "cullet/cuda/host/host_exec.h"
 
 namespace cullet
 {
@@ -14,7 +14,6 @@ std::unique_ptr<Backend> makeHostPsapBackend(const PsapOptions& options)
 
 std::unique_ptr<Backend> makeHostThesisBackend(const ThesisOptions& options)
 {
-    return std::make_unique<psap::PsapBackend<psap::HostExec, psap::CellSearch, ThesisOptions>>(
-        options, "psap", options);
+    return std::make_unique<psap::ThesisBackend<psap::HostExec>>(options, "psap");
 }
 }  // namespace cullet

@@ -75,7 +75,7 @@ void LeGrandBackend::fillCells(const ProxyView& proxies, int level)
 
 void LeGrandBackend::testCells(const ProxyView& proxies)
 {
-    m_stats.mostTests = 0;
+    m_comparisonStats.mostTests = 0;
     std::size_t begin = 0;
     while (begin < m_cells.size() && m_cells[begin] != kUnused)
     {
@@ -84,7 +84,7 @@ void LeGrandBackend::testCells(const ProxyView& proxies)
             ++end;
         const std::uint64_t before = m_pairs.testCount();
         testCell(proxies, begin, end);
-        m_stats.mostTests = std::max(m_stats.mostTests, m_pairs.testCount() - before);
+        m_comparisonStats.mostTests = std::max(m_comparisonStats.mostTests, m_pairs.testCount() - before);
         begin = end;
     }
 }

@@ -3,7 +3,8 @@
 #pragma once
 
 #include "cullet/broad/backend.h"
-#include "cullet/broad/pairs/candidate_pairs.h"
+#include "cullet/comparison/candidate_pairs.h"
+#include "cullet/comparison/comparison_stats.h"
 
 #include <cstdint>
 #include <vector>
@@ -18,17 +19,18 @@ namespace cullet
 /// This replaces the article's passes over cells that are not neighbours, which prevent that a pair is handled twice.
 ///
 /// For boxes of one size: the largest box sets the size of all cells, and a cell is one piece of work
-/// (BackendStats::mostTests). Unbounded boxes are tested against all others. One thread; every update rebuilds the
+/// (ComparisonStats::mostTests). Unbounded boxes are tested against all others. One thread; every update rebuilds the
 /// cells.
 ///
 /// Cost: O(n log n + pairs of boxes that share a cell)
-class LeGrandBackend final : public Backend
+class LeGrandBackend final : public Backend, public ComparisonSource
 {
 public:
     Status update(const ProxyView& proxies, PairDelta& delta) override;
     void restart(const Pairs& known) override;
     const char* name() const noexcept override { return "legrand"; }
     BackendStats stats() const override;
+    ComparisonStats comparisonStats() const override { return m_comparisonStats; }
 
 private:
     int chooseLevel(const ProxyView& proxies);
@@ -44,5 +46,6 @@ private:
     bool m_needsRebuild = true;
     float m_margin = 0.0f;  ///< of the last update
     BackendStats m_stats;
+    ComparisonStats m_comparisonStats;
 };
 }  // namespace cullet

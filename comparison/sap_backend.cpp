@@ -292,7 +292,7 @@ try
         applyPairRules(proxies, delta);
     }
     for (std::size_t axis = 0; axis < kAxes; ++axis)
-        m_stats.swaps[axis] = m_axes[axis].swapsTotal() - swaps[axis];
+        m_comparisonStats.swaps[axis] = m_axes[axis].swapsTotal() - swaps[axis];
     return Status::Ok;
 }
 catch (const std::bad_alloc&)

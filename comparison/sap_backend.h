@@ -5,6 +5,7 @@
 #include "cullet/base/key_table.h"
 #include "cullet/broad/backend.h"
 #include "cullet/broad/pairs/pair_tests.h"
+#include "cullet/comparison/comparison_stats.h"
 #include "cullet/comparison/sap_endpoints.h"
 
 #include <array>
@@ -22,15 +23,16 @@ namespace cullet
 /// Infinite boxes need no special case, empty boxes have no endpoints. One thread.
 ///
 /// Cost: O(endpoints passed) for coherent motion. That grows with the number of boxes at the same height, so that a
-/// pile that comes to rest along an axis is the bad case (BackendStats::swaps shows it). A batch is
+/// pile that comes to rest along an axis is the bad case (ComparisonStats::swaps shows it). A batch is
 /// O(boxes + new boxes * open intervals).
-class SapBackend final : public Backend
+class SapBackend final : public Backend, public ComparisonSource
 {
 public:
     Status update(const ProxyView& proxies, PairDelta& delta) override;
     void restart(const Pairs& known) override;
     const char* name() const noexcept override { return "sap"; }
     BackendStats stats() const override;
+    ComparisonStats comparisonStats() const override { return m_comparisonStats; }
 
 private:
     /// Boxes whose interval contains the position that a sweep has reached, with copies of the boxes in one array.
@@ -75,5 +77,6 @@ private:
     Pairs m_known;          ///< given to restart(), until the next update
     Pairs m_expired;
     BackendStats m_stats;
+    ComparisonStats m_comparisonStats;
 };
 }  // namespace cullet

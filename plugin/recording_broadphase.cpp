@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #include "cullet/plugin/recording_broadphase.h"
 
-#include "cullet/broad/box_stream.h"
+#include "cullet/recording/box_stream.h"
 
 #include <exception>
 #include <functional>

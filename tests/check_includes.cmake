@@ -3,8 +3,8 @@
 
 # cmake -DROOT=<source folder> -P check_includes.cmake
 #
-# Holds the arrows between the folders: python -> abi, broad, narrow; preload, abi -> plugin; plugin -> broad, narrow, mid, cuda; mid -> narrow; cuda -> broad, mid, narrow;
-# comparison -> broad, cuda; all -> base; broad, narrow and mid know neither Bullet nor CUDA, and broad and narrow not each other. And those between the
+# Holds the arrows between the folders: python -> abi, broad, narrow; preload, abi -> plugin; plugin -> broad, narrow, mid, cuda, recording; mid -> narrow; cuda -> broad, mid, narrow;
+# comparison -> broad, cuda; all -> base; broad, narrow, mid and recording know neither Bullet nor CUDA, and broad, narrow and recording no other folder. And those between the
 # rooms of a folder, see room(). An include in quotes is spelled as after install and names the folder, so that a reader sees
 # the arrow.
 
@@ -53,14 +53,15 @@ check_folder(base MAY base NEVER "${bullet}" "${cuda}" "${eigen}" "${test_only}"
 check_folder(broad MAY base broad NEVER "${bullet}" "${cuda}" "${eigen}" "${test_only}")
 check_folder(narrow MAY base narrow NEVER "${bullet}" "${cuda}" "${test_only}")
 check_folder(mid MAY base narrow mid NEVER "${bullet}" "${cuda}" "${test_only}")
+check_folder(recording MAY recording NEVER "${bullet}" "${cuda}" "${eigen}" "${test_only}")
 check_folder(cuda MAY base cuda broad mid narrow NEVER "${bullet}" "${eigen}" "${test_only}")
 check_folder(comparison MAY base comparison broad cuda NEVER "${bullet}" "${cuda}" "${test_only}")
-check_folder(plugin MAY base plugin broad narrow mid cuda NEVER "${cuda}" "${test_only}")
+check_folder(plugin MAY base plugin broad narrow mid cuda recording NEVER "${cuda}" "${test_only}")
 check_folder(preload MAY preload plugin NEVER "${cuda}" "${test_only}")
 check_folder(abi MAY base abi plugin broad narrow cuda NEVER "${cuda}" "${test_only}")
 check_folder(python MAY base python abi broad narrow NEVER "${bullet}" "${cuda}" "${test_only}")
-check_folder(demos MAY base demos generated plugin comparison broad narrow mid cuda NEVER "${kernels}" "${test_only}")
-check_folder(tests MAY base tests demos generated abi plugin comparison broad narrow mid cuda)
+check_folder(demos MAY base demos generated plugin comparison broad narrow mid cuda recording NEVER "${kernels}" "${test_only}")
+check_folder(tests MAY base tests demos generated abi plugin comparison broad narrow mid cuda recording)
 
 # room(<folder> MAY <folder>...): what the files of a folder, without those below it, may include besides each other.
 function(room folder)
@@ -75,7 +76,6 @@ room(base/threads MAY base)
 room(base/trees MAY base base/threads)
 room(broad MAY base broad/boxes)
 room(broad/boxes MAY base broad)
-room(broad/recording MAY broad)
 room(broad/pairs MAY base base/threads broad broad/boxes)
 room(broad/queries MAY base base/trees broad broad/boxes)
 room(broad/grid/columns MAY base base/threads broad broad/boxes)
@@ -88,7 +88,7 @@ room(broad/grid/resting MAY base broad broad/boxes broad/pairs broad/verlet broa
 room(broad/grid MAY base broad broad/boxes broad/pairs broad/small broad/verlet broad/grid/resting broad/grid/sweep broad/grid/update)
 room(broad/brute MAY base broad broad/boxes broad/pairs)
 room(broad/psap/data MAY broad)
-room(broad/psap/exec MAY base base/threads broad broad/psap/data)
+room(broad/psap/exec MAY base broad broad/psap/data)
 room(broad/psap/sorted MAY broad broad/psap/data broad/psap/exec)
 room(broad/psap/tiles MAY broad broad/psap/data)
 room(broad/psap/update MAY base base/threads broad broad/boxes broad/psap/data)
@@ -101,13 +101,15 @@ room(narrow/hull MAY base narrow/math)
 room(narrow/build MAY base narrow/hull narrow/math)
 room(narrow/gjk MAY base narrow/hull narrow/math)
 room(narrow/epa MAY base narrow/gjk narrow/hull narrow/math)
+room(recording)
 room(mid MAY base base/threads base/trees narrow/box)
 room(cuda/runtime MAY broad broad/psap/exec)
+room(cuda/host MAY base/threads broad broad/psap/data broad/psap/exec)
 room(cuda/kernels MAY broad broad/psap/data broad/psap/exec broad/psap/tiles cuda/runtime)
 room(cuda/mid MAY broad broad/psap/data broad/psap/exec mid cuda/kernels cuda/runtime)
-room(cuda/narrow MAY broad broad/psap/exec narrow/hull cuda/kernels cuda/runtime)
+room(cuda/narrow MAY broad broad/psap/exec narrow/hull cuda/host cuda/kernels cuda/runtime)
 room(cuda MAY base broad broad/psap cuda/kernels cuda/runtime)
-room(comparison MAY base broad broad/boxes broad/pairs broad/psap broad/psap/exec comparison/thesis cuda)
+room(comparison MAY base broad broad/boxes broad/pairs broad/psap comparison/thesis cuda cuda/host)
 room(comparison/thesis MAY broad broad/psap broad/psap/data comparison cuda cuda/kernels cuda/runtime)
 room(plugin/core MAY broad)
 room(plugin/pair_cache MAY base broad plugin/core)
@@ -121,10 +123,10 @@ room(plugin/mesh MAY mid narrow/math narrow/hull narrow/gjk plugin/core plugin/s
 room(plugin/queries MAY base base/threads mid plugin/core)
 room(plugin/step MAY broad plugin/core)
 room(plugin/solver MAY base base/threads plugin/core plugin/step)
-room(plugin MAY base base/threads broad broad/queries cuda plugin/core plugin/pair_cache plugin/proxies plugin/pair_sync plugin/shapes
+room(plugin MAY base base/threads broad broad/queries cuda recording plugin/core plugin/pair_cache plugin/proxies plugin/pair_sync plugin/shapes
     plugin/contact plugin/compound plugin/convex plugin/mesh plugin/queries plugin/solver plugin/step)
 
-foreach(folder base broad comparison narrow mid cuda plugin)
+foreach(folder base broad recording comparison narrow mid cuda plugin)
     file(GLOB_RECURSE files RELATIVE "${ROOT}" "${ROOT}/${folder}/*.h" "${ROOT}/${folder}/*.cpp" "${ROOT}/${folder}/*.inl"
         "${ROOT}/${folder}/*.cu" "${ROOT}/${folder}/*.cuh")
     foreach(file IN LISTS files)

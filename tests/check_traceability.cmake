@@ -26,7 +26,7 @@ function(read_sources variable)
 endfunction()
 
 read_sources(tests tests)
-read_sources(everything broad comparison narrow mid plugin cuda abi preload demos)
+read_sources(everything broad recording comparison narrow mid plugin cuda abi preload demos)
 file(READ "${ROOT}/.ci/run" ci)
 set(everything "${everything}${tests}${ci}")
 

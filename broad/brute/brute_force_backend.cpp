@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #include "cullet/broad/brute/brute_force_backend.h"
 
-#include "cullet/broad/pairs/pair_diff.h"
+#include "cullet/broad/pairs/update_held_pairs.h"
 #include "cullet/broad/row_pair.h"
 
 #include <algorithm>

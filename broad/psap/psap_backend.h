@@ -6,6 +6,7 @@
 #include "cullet/broad/log.h"
 #include "cullet/broad/pairs/restart_rows.h"
 #include "cullet/broad/psap/exec/executor_failure.h"
+#include "cullet/broad/psap/held_pairs.h"
 #include "cullet/broad/psap/search.h"
 #include "cullet/broad/psap/update/delta_output.h"
 #include "cullet/broad/psap/update/table_mirror.h"
@@ -46,6 +47,7 @@ public:
           m_rows(options.threads, options.initialCapacity),
           m_search(options),
           m_neighbours(options),
+          m_held(options.initialCapacity),
           m_output(options.initialCapacity)
     {
     }
@@ -86,12 +88,12 @@ public:
     {
         m_known = known;
         m_lastWords = Words::Unknown;
-        m_heldCount = 0;
-        m_held = Held::Listed;
+        m_held.clear();
         m_neighbours.forget();
     }
 
     const char* name() const noexcept override { return m_name; }
+    const SearchOn<Exec>& search() const { return m_search; }
 
     BackendStats stats() const override
     {
@@ -125,7 +127,7 @@ private:
         prepareLists();
         m_neighbours.reserveCounts(m_exec);
         if (!m_neighbours.isFollowed())
-            listHeld();
+            m_held.list(m_exec, m_neighbours);
         m_rows.send(m_exec, view, m_neighbours.motionRecorder(&m_updateCounters.current()->motion),
                     [&](std::uint64_t end) { settleEarly(view, end); });
         if (!m_neighbours.isFollowed() || !followNeighbours(view, delta))
@@ -148,21 +150,15 @@ private:
         m_undecided.setFree(false);
         std::vector<RowPair> held;
         splitKnown(m_known, view, held, m_vanished);
-        m_heldCount = held.size();
-        m_exec.reserve(m_heldPairs, std::max<std::uint64_t>(m_heldCount, m_options.initialCapacity));
-        m_exec.uploadAndWait(m_heldPairs.data(), held.data(), held.size());
-        m_exec.reserve(m_heldDepths, m_heldPairs.size());
-        m_held = Held::Listed;
+        m_held.upload(m_exec, held);
     }
 
     /// Empties the lists of this update, and reserves them as far as their sizes are known.
     void prepareLists()
     {
         const std::uint64_t initial = m_options.initialCapacity;
-        m_exec.reserve(m_listedCounts, 2);
-        m_exec.reserve(m_kept, std::max(m_heldCount + m_heldCount / 8, initial));
-        m_exec.reserve(m_keptDepths, m_kept.size());
-        m_exec.reserve(m_removed, std::max(m_heldCount, initial));
+        m_held.prepare(m_exec);
+        m_exec.reserve(m_removed, std::max(m_held.count(), initial));
         m_exec.reserve(m_added, initial);
         m_undecided.grow(m_exec, initial);
         m_undecided.use(m_exec);
@@ -212,14 +208,14 @@ private:
             follow(view.margin);
             fetchAgain(delta);
         }
-        // Where m_kept was too short for all held pairs, the list that was begun from it is incomplete.
-        return !m_neighbours.isReplaced() || heldCountAfter() <= m_kept.size() || searchInstead();
+        // Where the list of kept pairs was too short, the neighbour list that was begun from it is incomplete.
+        return !m_neighbours.isReplaced() || heldCountAfter() <= m_held.keptRoom() || searchInstead();
     }
 
     bool searchInstead()
     {
         m_neighbours.giveUp();
-        listHeld();
+        m_held.list(m_exec, m_neighbours);
         m_isMotionKnown = false;
         m_exec.clear(&counters()->lists, 1);
         return false;
@@ -240,37 +236,21 @@ private:
         if (!m_neighbours.tryBeginEarly())
             return;
         // Also the pairs before this update, in case it has to be searched: the list that stores them is discarded.
-        listHeld(true);
+        m_held.listAlsoKept(m_exec, m_neighbours);
         if (m_neighbours.grow(m_exec, rows(), m_rows.count()))
-            beginNeighbours({m_kept.data(), m_kept.size(), m_listedCounts.data() + 1});
+            beginNeighbours(m_held.listedKept());
     }
+
     /// Begins the next neighbour list after an update whose changes have been collected.
     void enqueueNextList()
     {
         if (!m_neighbours.tryBegin(m_rows.count()))
             return;
-        listHeld();
+        m_held.list(m_exec, m_neighbours);
         if (!m_neighbours.grow(m_exec, rows(), m_rows.count()))
             return;
         m_exec.clear(&counters()->lists.lookups, 1);
-        beginNeighbours({m_heldPairs.data(), m_heldCount, nullptr});
-    }
-
-    /// Lists the pairs held before this update in m_heldPairs, where only the neighbour list stores them.
-    ///
-    /// @param alsoCurrent also lists the pairs held after this update, which follows the neighbour list, in m_kept
-    void listHeld(bool alsoCurrent = false)
-    {
-        const bool isListed = m_held != Held::InNeighbourList;
-        if (isListed && !alsoCurrent)
-            return;
-        m_exec.reserve(m_heldPairs, m_heldCount);
-        m_exec.clear(m_listedCounts.data(), 2);
-        const PairList before = {m_heldPairs.data(), m_heldPairs.size(), m_listedCounts.data()};
-        const PairList now = {m_kept.data(), m_kept.size(), m_listedCounts.data() + 1};
-        m_neighbours.listHeld(m_exec, isListed ? nullptr : &before, alsoCurrent ? &now : nullptr);
-        if (!isListed)
-            m_held = Held::Listed;
+        beginNeighbours(m_held.before());
     }
 
     void beginNeighbours(const PairListView& held)
@@ -292,7 +272,7 @@ private:
             return m_search.buildByCounting(m_exec, m_neighbours.grown());
         if (areSkinsThicker)
             m_search.forgetPlans();
-        m_search.build(m_exec, {m_neighbours.grown(), m_rows.count(), nullptr, m_heldCount});
+        m_search.build(m_exec, {m_neighbours.grown(), m_rows.count(), nullptr, m_held.count()});
     }
 
     /// Settles the held pairs and searches for pairs that enter.
@@ -302,7 +282,7 @@ private:
         ++m_stats.rebuildsTotal;
         m_exec.beginStage("sort");
         m_search.poll(m_exec);
-        m_search.build(m_exec, {m_rows.now(), m_rows.count(), nullptr, m_heldCount});
+        m_search.build(m_exec, {m_rows.now(), m_rows.count(), nullptr, m_held.count()});
         m_exec.beginStage("settle");
         settle(view.margin, {m_rowsSettled, kAllRows.last});
         m_exec.beginStage("search");
@@ -382,16 +362,15 @@ private:
         const bool canSkipUnchanged =
             margin >= m_margin && m_lastWords != Words::Unknown && !m_rows.haveAllChanged();
         m_exec.forEachPartition(
-            m_heldCount,
-            SettleHeld{m_heldPairs.data(), m_held == Held::ListedWithDepths ? m_heldDepths.data() : nullptr,
-                       history(), margin, canSkipUnchanged, span, table()},
-            DepthList{lists.kept, m_keptDepths.data()}, lists.removed);
+            m_held.count(),
+            SettleHeld{m_held.pairs(), m_held.depths(), history(), margin, canSkipUnchanged, span, table()},
+            DepthList{lists.kept, m_held.keptDepths()}, lists.removed);
     }
 
     HeldLists heldLists() const
     {
         ListCounts& counts = counters()->lists;
-        return {{m_kept.data(), m_kept.size(), &counts.kept},
+        return {{m_held.kept(), m_held.keptRoom(), &counts.kept},
                 {m_removed.data(), m_removed.size(), &counts.removed},
                 {m_added.data(), m_added.size(), &counts.added}};
     }
@@ -404,9 +383,9 @@ private:
         return {m_added.data(),
                 m_added.size(),
                 m_removed.data(),
-                m_kept.data(),
-                m_keptDepths.data(),
-                m_neighbours.isFollowed() ? 0 : m_kept.size(),
+                m_held.kept(),
+                m_held.keptDepths(),
+                m_neighbours.isFollowed() ? 0 : m_held.keptRoom(),
                 table(),
                 counters(),
                 m_search.unboundedCount(),
@@ -425,64 +404,29 @@ private:
     /// Collects the changes and assembles the new held pairs.
     void collectChanges(PairDelta& delta)
     {
-        const bool wasKeptTooShort = makeRoomForHeld();
+        const bool wasKeptTooShort =
+            !m_neighbours.isFollowed() && m_held.makeRoom(m_exec, m_counts.lists.kept, heldCountAfter());
         m_output.take(m_exec, lists(), m_rows.largestId(), wasKeptTooShort, delta);
         addExpired(m_vanished, delta.removed);
-        adoptHeld();
-        m_neighbours.recordUpdate(m_heldCount);
+        if (m_neighbours.isFollowed())
+            m_held.adoptFollowed(heldCountAfter(), m_neighbours.isReplaced());
+        else
+            m_held.adoptSearched(heldCountAfter());
+        m_neighbours.recordUpdate(m_held.count());
         m_known.clear();
         m_known.shrink_to_fit();
-        m_stats.pairs = m_heldCount;
+        m_stats.pairs = m_held.count();
         m_stats.unbounded = m_counts.unboundedCount;
         m_stats.entries = m_search.entryCount();
-        m_stats.falsePairs = m_search.falsePairCount();
         m_stats.candidates = m_exec.collectTestCount();
-    }
-
-    /// @return whether m_kept was too short, so that its contents may be incomplete
-    bool makeRoomForHeld()
-    {
-        const std::uint64_t kept = m_counts.lists.kept;
-        if (m_neighbours.isFollowed() || heldCountAfter() <= m_kept.size())
-            return false;
-        m_exec.reserveKeeping(m_kept, heldCountAfter(), kept);
-        m_exec.reserveKeeping(m_keptDepths, m_kept.size(), kept);
-        return true;
     }
 
     std::uint64_t heldCountAfter() const
     {
         const ListCounts& counts = m_counts.lists;
-        return m_neighbours.isFollowed() ? m_heldCount + counts.added - counts.removed
+        return m_neighbours.isFollowed() ? m_held.count() + counts.added - counts.removed
                                          : counts.kept + counts.added;
     }
-
-    void adoptHeld()
-    {
-        m_heldCount = heldCountAfter();
-        m_held = !m_neighbours.isFollowed()  ? Held::ListedWithDepths
-                 : m_neighbours.isReplaced() ? Held::Listed
-                                             : Held::InNeighbourList;
-        if (m_held == Held::InNeighbourList)
-            return;
-        std::swap(m_heldPairs, m_kept);
-        std::swap(m_heldDepths, m_keptDepths);
-    }
-
-    /// Where the held pairs of the last update are:
-    ///
-    ///                 update that is searched
-    ///   Listed -----------------------------------> ListedWithDepths <-.
-    ///    ^  |  update that follows the list            |           |   | searched
-    ///    |  '------------> InNeighbourList <-----------'           '---'
-    ///    |    listHeld(), list replaced |
-    ///    '------------------------------'
-    enum class Held : std::uint8_t
-    {
-        InNeighbourList,  ///< as flags of the neighbour list only
-        Listed,           ///< in m_heldPairs
-        ListedWithDepths  ///< and their depths in m_heldDepths
-    };
 
     /// The filter words of an update.
     enum class Words : std::uint8_t
@@ -509,12 +453,9 @@ private:
     float m_margin = 0;
 
     std::uint32_t m_rowsSettled = 0;  ///< rows settled before the upload is complete
-    std::uint64_t m_heldCount = 0;
-    Held m_held = Held::Listed;
-    Buffer<std::uint64_t> m_listedCounts;  ///< numbers of pairs in both
-    Buffer<RowPair> m_heldPairs, m_kept, m_added, m_removed;
-    Buffer<float> m_heldDepths, m_keptDepths;  ///< as in DepthList
-    bool m_isMotionKnown = true;               ///< BoxHistory::motion is complete
+    HeldPairs<Exec> m_held;
+    Buffer<RowPair> m_added, m_removed;
+    bool m_isMotionKnown = true;  ///< BoxHistory::motion is complete
     UndecidedPairs<Exec> m_undecided;
     UpdateCounterBuffers<Exec> m_updateCounters;
     DeltaOutput<Exec> m_output;

@@ -122,7 +122,6 @@ public:
     {
         return visit(*this, [](const auto& search) { return search.entryCount(); });
     }
-    std::uint64_t falsePairCount() const { return 0; }
 
 private:
     enum class Method

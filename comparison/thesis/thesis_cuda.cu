@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "cullet/broad/psap/psap_backend.h"
 #include "cullet/comparison/device_finders.h"
-#include "cullet/comparison/thesis/cell_search.h"
+#include "cullet/comparison/thesis/thesis_backend.h"
 #include "cullet/cuda/kernels/cuda_exec.cuh"
 #include "cullet/cuda/pair_finder.cuh"
 #include "cullet/cuda/runtime/cuda_device.h"
@@ -14,10 +13,10 @@ namespace cullet
 {
 std::unique_ptr<Backend> makeCudaThesisBackend(const ThesisOptions& options, std::string* why)
 {
-    using Made = psap::PsapBackend<psap::CudaExec, psap::CellSearch, ThesisOptions>;
+    using Made = psap::ThesisBackend<psap::CudaExec>;
     return makeOnDevice(options.device, why,
                         [&]() -> std::unique_ptr<Backend>
-                        { return std::make_unique<Made>(options, "cuda", options); });
+                        { return std::make_unique<Made>(options, "cuda"); });
 }
 
 std::unique_ptr<DevicePairFinder> makeThesisPairFinder(const ThesisOptions& options, CUstream_st* stream,

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "cullet/broad/host_device.h"
-#include "cullet/broad/psap/exec/host_exec.h"
+#include "cullet/cuda/host/host_exec.h"
 #include "cullet/cuda/narrow/pair_distance.h"
 #include "cullet/cuda/narrow/pair_steps.h"
 

@@ -92,6 +92,7 @@ public:
     int threads() const override { return m_threads; }
     std::string path() const override { return m_backend->stats().path; }
     BackendStats counters() const override { return m_backend->stats(); }
+    ComparisonStats comparisonCounters() const override { return comparisonStatsOf(*m_backend); }
 
 private:
     std::unique_ptr<Backend> m_backend;

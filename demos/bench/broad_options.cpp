@@ -55,17 +55,17 @@ void addMeasurement(Json& row, const PairDigest& digest, const std::vector<doubl
     row["mean_ms"] = times.mean;
 }
 
-void addCounters(Json& row, const BackendStats& counters)
+void addCounters(Json& row, const BackendStats& counters, const ComparisonStats& compared)
 {
     row["tests"] = counters.candidates;
     row["entries"] = counters.entries;
-    row["cells_touched"] = counters.cellsTouched;
+    row["cells_touched"] = compared.cellsTouched;
     row["cells_visited"] = counters.cellsVisited;
-    row["most_tests"] = counters.mostTests;
-    row["false_pairs"] = counters.falsePairs;
-    row["swaps_x"] = counters.swaps[0];
-    row["swaps_y"] = counters.swaps[1];
-    row["swaps_z"] = counters.swaps[2];
+    row["most_tests"] = compared.mostTests;
+    row["false_pairs"] = compared.falsePairs;
+    row["swaps_x"] = compared.swaps[0];
+    row["swaps_y"] = compared.swaps[1];
+    row["swaps_z"] = compared.swaps[2];
     row["reason"] = counters.decision.reason;
     row["levels"] = counters.levels;
     row["strays"] = counters.decision.strays;

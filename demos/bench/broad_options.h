@@ -56,7 +56,7 @@ void addMeasurement(Json& row, const PairDigest& digest, const std::vector<doubl
 
 /// Adds the columns of an update's counters: tests, entries, cells_touched, cells_visited, most_tests, false_pairs,
 /// swaps_x, swaps_y, swaps_z.
-void addCounters(Json& row, const BackendStats& counters);
+void addCounters(Json& row, const BackendStats& counters, const ComparisonStats& compared);
 
 /// Prints the most important columns of a row.
 void printRow(const Json& row);

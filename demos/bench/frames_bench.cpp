@@ -41,6 +41,7 @@ struct Runner
     int wrongChecks = 0;  ///< of a rival; wrong pairs of Bullet's or cullet's broad phase end the run
     std::string path;
     BackendStats counters;  ///< of the last timed frame
+    ComparisonStats comparisonCounters;
     std::vector<Json> frameRows;
     TraceLane trace;
 };
@@ -210,6 +211,7 @@ private:
         runner.cpu.push_back(cpu);
         runner.path = runner.subject->path();
         runner.counters = runner.subject->counters();
+        runner.comparisonCounters = runner.subject->comparisonCounters();
         if (m_options.perFrame)
             addFrameRow(runner, wall, cpu);
         const int frame = static_cast<int>(runner.wall.size());
@@ -232,7 +234,7 @@ private:
         row["checks"] = runner.checks;
         row["wrong_checks"] = runner.wrongChecks;
         row["checked_against"] = m_reference.isExact() ? "exact" : "each other";
-        addCounters(row, runner.counters);
+        addCounters(row, runner.counters, runner.comparisonCounters);
         row["bytes_per_body"] = releaseAndMeasure(runner) / m_case.bodies;
         return row;
     }
@@ -246,7 +248,7 @@ private:
         row["cpu_median_ms"] = cpu;
         row["frame"] = runner.wall.size();
         row["path"] = runner.path;
-        addCounters(row, runner.counters);
+        addCounters(row, runner.counters, runner.comparisonCounters);
         runner.frameRows.push_back(std::move(row));
     }
 

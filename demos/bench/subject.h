@@ -4,6 +4,7 @@
 
 #include "cullet/broad/aabb.h"
 #include "cullet/broad/backend.h"
+#include "cullet/comparison/comparison_stats.h"
 #include "cullet/demos/scenes/exact_pairs.h"
 
 #include <cstdint>
@@ -58,6 +59,7 @@ public:
 
     /// Counters of the last update; zeros for subjects measured through Bullet.
     virtual BackendStats counters() const { return {}; }
+    virtual ComparisonStats comparisonCounters() const { return {}; }
 };
 
 /// The measured interface.

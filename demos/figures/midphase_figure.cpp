@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "cullet/broad/psap/exec/host_exec.h"
+#include "cullet/cuda/host/host_exec.h"
 #include "cullet/demos/figures/figure.h"
 #include "cullet/demos/figures/midphase/leaf_tests.h"
 #include "cullet/demos/figures/midphase/triangle_sizes.h"

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "cullet/broad/box_stream.h"
 #include "cullet/demos/scenes/exact_pairs.h"
+#include "cullet/recording/box_stream.h"
 
 #include <cstdint>
 #include <string>

@@ -33,7 +33,7 @@ class CulletConan(ConanFile):
     def export_sources(self):
         root = os.path.join(self.recipe_folder, "..", "..")
         for pattern in ("CMakeLists.txt", "LICENSE", "abi/*", "base/*", "broad/*", "cmake/*", "cuda/*", "mid/*", "narrow/*",
-                        "packaging/debian/*", "packaging/man/*", "plugin/*"):
+                        "packaging/debian/*", "packaging/man/*", "plugin/*", "recording/*"):
             copy(self, pattern, root, self.export_sources_folder)
 
     def layout(self):

@@ -3,7 +3,6 @@
 #include "cullet/plugin/pair_sync/pair_sync.h"
 
 #include "cullet/base/trim_capacity.h"
-#include "cullet/broad/boxes/aabb_simd.h"
 #include "cullet/broad/log.h"
 #include "cullet/plugin/core/dynamic_type.h"
 #include "cullet/plugin/core/proxy_ids.h"
@@ -25,32 +24,11 @@ void sortUnique(Pairs& pairs)
     std::sort(pairs.begin(), pairs.end());
     pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
 }
-
-/// Whether isCoarse() for the box of any changed row.
-bool isAnyCoarse(const ProxyView& view)
-{
-    // The largest coordinate of all boxes is tested first, since coarse boxes are very rare.
-    Float4 most = {};
-    for (std::uint32_t i = 0; i < view.dirtyCount; ++i)
-    {
-        const Aabb& box = view.boxes[view.dirty[i]];
-        for (const Float4& part : {loadFloat4(box.min), loadFloat4(box.min + 2)})
-        {
-            const Float4 magnitudes = part < 0 ? -part : part;
-            most = magnitudes > most ? magnitudes : most;
-        }
-    }
-    const float largest = std::max({most[0], most[1], most[2], most[3]});
-    return isCoarse({{largest, largest, largest}, {largest, largest, largest}}, view.margin) &&
-           std::any_of(view.dirty, view.dirty + view.dirtyCount,
-                       [&](std::uint32_t row)
-                       { return isValid(view.boxes[row]) && isCoarse(view.boxes[row], view.margin); });
-}
 }  // namespace
 
 PairSync::PairSync(ProxyStore& store, btOverlappingPairCache* cache, std::unique_ptr<Backend> backend,
                    const BroadphaseOptions& options)
-    : m_options(options), m_store(store), m_adapter(cache)
+    : m_options(options), m_store(store), m_adapter(cache), m_coarseBoxes(store)
 {
     useBackend(std::move(backend));
 }
@@ -78,9 +56,13 @@ void PairSync::update(float margin, const QueryIndex& index, btDispatcher* dispa
     if (m_filter == nullptr)
         m_store.refreshSomeFilters();
     ProxyView view = m_store.table().beginUpdate(margin, m_filter == nullptr);
-    const bool hasCoarseChanges = sizeof(btScalar) != sizeof(float) && isAnyCoarse(view);
-    if (hasCoarseChanges && tryRecentre())
+    const bool hasCoarseChanges = CoarseBoxes::haveChanged(view);
+    if (hasCoarseChanges && m_coarseBoxes.tryRecentre(m_updatesTotal))
+    {
+        // Deferred pairs have boxes of the former origin.
+        m_state.reevaluate();
         view = m_store.table().beginUpdate(margin, m_filter == nullptr);
+    }
     // The backend then reports the refused pairs that are not listed.
     if (m_state.mustReevaluateAll() && (m_deferredPairs.hasMarkedRows() || m_allowedPairs != nullptr))
         m_state.restart();
@@ -96,7 +78,8 @@ void PairSync::update(float margin, const QueryIndex& index, btDispatcher* dispa
     collectToReevaluate(view, before.mustReevaluateAll());
     m_separatedPairs.clear();
     if (hasCoarseChanges || (sizeof(btScalar) != sizeof(float) && before.mustReevaluateAll()))
-        collectSeparated(view);
+        m_coarseBoxes.collectSeparated(*m_adapter.cache(), view.margin, m_separatedPairs);
+    sortUnique(m_separatedPairs);
     m_store.endUpdate();
     applyRemoved(margin, dispatcher);
     askAgain(index, margin);
@@ -116,29 +99,6 @@ void PairSync::update(float margin, const QueryIndex& index, btDispatcher* dispa
     trimCapacity(m_partners);
     trimCapacity(m_separatedPairs);
     trimCapacity(m_scratch);
-}
-
-/// Moves the origin of the table's boxes, if floats are too coarse where most of them are.
-bool PairSync::tryRecentre()
-{
-    if (m_updatesTotal < m_nextRecentring)
-        return false;
-    bool hasMoved = false;
-    try
-    {
-        hasMoved = m_store.recentre();
-    }
-    catch (const std::bad_alloc&)
-    {
-        // Coarse boxes cost time only.
-    }
-    m_recentringWait =
-        hasMoved ? kShortestRecentringWait : std::min(2 * m_recentringWait, kLongestRecentringWait);
-    m_nextRecentring = m_updatesTotal + m_recentringWait;
-    // Deferred pairs have boxes of the former origin.
-    if (hasMoved)
-        m_state.reevaluate();
-    return hasMoved;
 }
 
 void PairSync::detectExternalChanges()
@@ -268,24 +228,6 @@ bool PairSync::areSeparated(Pair pair, float margin) const
     if (first == nullptr || second == nullptr)
         return true;
     return !haveValidBoxes(*first, *second) || areSeparatedBy(*first, *second, margin);
-}
-
-/// Far from the origin, boxes in double may separate by much more than the margin before the rounded boxes do.
-///
-/// Called if such a box has changed, or may have changed in an update that an exception ended. O(pairs).
-void PairSync::collectSeparated(const ProxyView& view)
-{
-    const auto hasCoarseBox = [&](const btBroadphaseProxy* proxy)
-    { return isCoarse(m_store.origin().toTableOrEmpty(proxy->m_aabbMin, proxy->m_aabbMax), view.margin); };
-    const btBroadphasePairArray& cached = m_adapter.cache()->getOverlappingPairArray();
-    for (int i = 0; i < cached.size(); ++i)
-    {
-        const btBroadphasePair& pair = cached[i];
-        if (areSeparatedBy(*pair.m_pProxy0, *pair.m_pProxy1, view.margin) && m_store.owns(pair.m_pProxy0) &&
-            m_store.owns(pair.m_pProxy1) && (hasCoarseBox(pair.m_pProxy0) || hasCoarseBox(pair.m_pProxy1)))
-            m_separatedPairs.push_back(pairOf(pair));
-    }
-    sortUnique(m_separatedPairs);
 }
 
 /// Defers the pairs that have just been removed from the cache but not from the backend.

@@ -7,6 +7,7 @@
 #include "cullet/broad/row_source.h"
 #include "cullet/plugin/core/broadphase_options.h"
 #include "cullet/plugin/pair_sync/allowed_pairs.h"
+#include "cullet/plugin/pair_sync/coarse_boxes.h"
 #include "cullet/plugin/pair_sync/deferred_pairs.h"
 #include "cullet/plugin/pair_sync/pair_cache_adapter.h"
 #include "cullet/plugin/pair_sync/pair_map.h"
@@ -72,14 +73,12 @@ public:
 
 private:
     void useBackend(std::unique_ptr<Backend> backend);
-    bool tryRecentre();
     void detectExternalChanges();
     bool runBackend(const ProxyView& view, bool needsRestart);
     void replaceBackend(Status status);
     void restartBackend();
     void deferExternallyRemoved(const ProxyView& view);
     void collectToReevaluate(const ProxyView& view, bool mustReevaluateAll);
-    void collectSeparated(const ProxyView& view);
     void deferSeparated(float margin);
     void applyRemoved(float margin, btDispatcher* dispatcher);
     void applyAdded(float margin);
@@ -108,6 +107,7 @@ private:
     const BroadphaseOptions m_options;
     ProxyStore& m_store;
     PairCacheAdapter m_adapter;
+    CoarseBoxes m_coarseBoxes;
     std::unique_ptr<Backend> m_backend;
     const RowSource* m_rowSource = nullptr;        // the backend, if it is one
     std::unique_ptr<AllowedPairs> m_allowedPairs;  // not null: in the place of the backend, which has no rows
@@ -118,8 +118,7 @@ private:
     Pairs m_toReevaluate;                   // deferred pairs to re-evaluate
     std::vector<std::uint32_t> m_due;       // ids of proxies whose refused pairs are to be re-evaluated
     std::vector<std::uint32_t> m_partners;  // ids near one of them
-    Pairs
-        m_separatedPairs;  // pairs of the cache that the backend holds although their exact boxes are separated
+    Pairs m_separatedPairs;                 // of the cache, whose coarse boxes the backend finds overlapping
     Pairs m_scratch;
 
     const btOverlapFilterCallback* m_filter = nullptr;  // filter callback at the last update
@@ -127,10 +126,6 @@ private:
     int m_expectedCount = 0;                            // pairs in the cache if only PairSync has changed it
     std::uint64_t m_externalChanges = 0;                // the adapter's count at the last update
     SyncState m_state;
-    // Updates until the origin of the table may move again: a world that nothing makes finer is seldom asked.
-    static constexpr std::uint64_t kShortestRecentringWait = 16, kLongestRecentringWait = 1024;
-    std::uint64_t m_recentringWait = kShortestRecentringWait;
-    std::uint64_t m_nextRecentring = 0;
     std::uint64_t m_updatesTotal = 0;
     std::uint64_t m_restartsTotal = 0;
     std::uint64_t m_fallbacksTotal = 0;

@@ -9,6 +9,7 @@
 // mode begins too late, and nothing but time would tell.
 
 #include "cullet/broad/proxy_table.h"
+#include "cullet/comparison/comparison_stats.h"
 #include "cullet/tests/broad/conformance/psap_cases.h"
 #include "cullet/tests/support/box_scenes.h"
 #include "cullet/tests/support/boxes.h"
@@ -33,15 +34,15 @@ namespace
 class WorkRecord
 {
 public:
-    void add(const BackendStats& stats)
+    void add(const BackendStats& stats, const ComparisonStats& compared)
     {
         m_tests += stats.candidates;
         m_entries += stats.entries;
         addText(stats.path);
         for (const std::uint64_t count :
              {stats.candidates, stats.entries, stats.levels, stats.unbounded, stats.rebuildsTotal,
-              stats.retriesTotal, stats.cellsTouched, stats.cellsVisited, stats.mostTests, stats.falsePairs,
-              stats.swaps[0], stats.swaps[1], stats.swaps[2], stats.bytesMoved,
+              stats.retriesTotal, compared.cellsTouched, stats.cellsVisited, compared.mostTests,
+              compared.falsePairs, compared.swaps[0], compared.swaps[1], compared.swaps[2], stats.bytesMoved,
               std::uint64_t{stats.decision.strays}})
             m_hash.add(count, sizeof count);
         addText(stats.decision.reason);
@@ -148,7 +149,7 @@ void recordUpdate(Backend& backend, ProxyTable& table, float margin, WorkRecord&
     PairDelta delta;
     ASSERT_EQ(backend.update(table.beginUpdate(margin, true), delta), Status::Ok);
     table.endUpdate();
-    record.add(backend.stats());
+    record.add(backend.stats(), comparisonStatsOf(backend));
 }
 
 void recordTurns(Backend& backend, int steps, WorkRecord& record)

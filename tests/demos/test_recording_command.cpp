@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "cullet/broad/box_stream.h"
+#include "cullet/recording/box_stream.h"
 #include "cullet/tests/demos/program.h"
 
 #include <set>

@@ -3,8 +3,8 @@
 
 // A recording for which memory or the disk fails once: the world runs on, error() says so, and a file that is called
 // complete is.
-#include "cullet/broad/box_stream.h"
 #include "cullet/plugin/recording_broadphase.h"
+#include "cullet/recording/box_stream.h"
 #include "cullet/tests/faults/support/sweep.h"
 #include "cullet/tests/plugin/broadphase/broadphase_support.h"
 

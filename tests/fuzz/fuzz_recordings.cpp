@@ -3,8 +3,8 @@
 
 // Recordings of boxes: what the writer writes comes back, and no bytes harm the reader.
 
-#include "cullet/broad/box_stream.h"
-#include "cullet/broad/recording/box_stream_format.h"
+#include "cullet/recording/box_stream.h"
+#include "cullet/recording/box_stream_format.h"
 #include "cullet/tests/fuzz/choices.h"
 #include "cullet/tests/fuzz/fuzz_target.h"
 #include "cullet/tests/fuzz/recordings/reader_check.h"

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "cullet/broad/psap/exec/host_exec.h"
+#include "cullet/cuda/host/host_exec.h"
 #include "cullet/mid/linear_bvh.h"
 #include "cullet/tests/mid/test_meshes.h"
 

@@ -6,8 +6,8 @@
 #include "cullet/tests/soak/soak_world.h"
 #include "cullet/tests/support/random.h"
 #if defined(CULLET_SOAK_RECORDS)
-#include "cullet/broad/box_stream.h"
 #include "cullet/plugin/recording_broadphase.h"
+#include "cullet/recording/box_stream.h"
 #endif
 
 #include <algorithm>

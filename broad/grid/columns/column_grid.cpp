@@ -16,9 +16,10 @@ constexpr std::uint32_t kColumnsPerTask = 4;
 }
 
 ColumnGrid::ColumnGrid(const GridOptions& options, ParallelLoops& workers)
-    : m_options(options),
+    : m_bucketCount(options.bucketCount),
       m_workers(workers),
       m_kernels(chooseColumnKernels(options.baselineSimd)),
+      m_planner(options),
       m_scratch(workers.threads())
 {
 }
@@ -49,7 +50,7 @@ ColumnSoa ColumnGrid::buildColumn(const ColumnPass& pass, std::uint32_t column, 
                                  list.count,
                                  list.sortedCount,
                                  pass.input.boxes,
-                                 m_plan.sweepAxis,
+                                 plan().sweepAxis,
                                  m_sweepLow,
                                  m_sweepHigh,
                                  pass.input.grow,
@@ -155,11 +156,10 @@ void ColumnGrid::scan(const GridInput& input, PairSink& sink, ColumnUse use)
     fill(input);
     mergeTasks(use);
     scanColumns({input, sink, use, false});
-    m_isFollowable = use == ColumnUse::Follow && m_plan.levelCount == 1;
+    m_isFollowable = use == ColumnUse::Follow && plan().levelCount == 1;
     m_cellSkin = input.cellSkin;
     m_followedScans = 0;
-    if (m_options.cellScale <= 0)
-        learnDensity();
+    m_planner.learnDensity(m_entryCount, m_testCount);
 }
 
 std::uint64_t ColumnGrid::bytes() const

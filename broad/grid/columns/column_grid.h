@@ -11,7 +11,7 @@
 #include "cullet/broad/grid/columns/column_builder.h"
 #include "cullet/broad/grid/columns/column_hash.h"
 #include "cullet/broad/grid/columns/column_soa.h"
-#include "cullet/broad/grid/columns/grid_plan.h"
+#include "cullet/broad/grid/columns/grid_planner.h"
 #include "cullet/broad/row_source.h"
 
 #include <array>
@@ -119,7 +119,7 @@ public:
     void scanAgain(const GridInput& input, PairSink& sink);
 
     /// Width of the narrowest cells.
-    float narrowestWidth() const { return m_plan.narrowest; }
+    float narrowestWidth() const { return plan().narrowest; }
 
     /// Hands every kept box that overlaps one of `boxes` to the sink as {index, kept}, each once, one of `boxes`
     /// after the other. The last scan had ColumnUse::Query.
@@ -163,7 +163,7 @@ public:
 
     /// Entries of the last scan: boxes times cells.
     std::uint64_t entryCount() const { return m_entryCount; }
-    const GridPlan& plan() const { return m_plan; }
+    const GridPlan& plan() const { return m_planner.plan(); }
     const std::vector<std::uint32_t>& unbounded() const { return m_unbounded; }
     std::uint64_t bytes() const;
 
@@ -263,7 +263,7 @@ private:
     }
     CellBounds cellBoundsOf(float grow, std::uint32_t level) const
     {
-        return {grow, m_plan.inverseWidth[level]};
+        return {grow, plan().inverseWidth[level]};
     }
     Float4 tileOf(const Aabb& box) const;
     CellRect cellsOf(const Aabb& box, const CellBounds& cellBounds) const;
@@ -282,10 +282,8 @@ private:
     };
     static BoxKind kindOf(const Aabb& box, float grow);
 
-    void preparePlan(const GridInput& input);
+    static SizeHistogram sizesOfSample(const GridInput& input);
     void makePlan(const GridInput& input, const SizeHistogram& sizes);
-    bool isPlanStale(const SizeHistogram& sizes, float cellSkin) const;
-    void learnDensity();
     void fill(const GridInput& input);
     bool tryFill(const GridInput& input);
     void fillBold(const GridInput& input, std::uint32_t begin, std::uint32_t end, Task& task);
@@ -317,14 +315,10 @@ private:
     void followRay(std::uint32_t level, const RayPath& ray, const CellRect& all, RowBatch& rows) const;
     void findUnbounded(const Aabb& box, RowBatch& rows) const;
 
-    GridOptions m_options;
+    std::uint32_t m_bucketCount;  // see GridOptions
     ParallelLoops& m_workers;
     const ColumnKernels& m_kernels;
-    GridPlan m_plan;
-    SizeHistogram m_plannedSizes;  // sizes that the plan was made for
-    float m_leastWidth = 0;        // that the plan was made with
-    double m_density = 1;
-    bool m_hasPlan = false;
+    GridPlanner m_planner;
     CellWindow m_window;
     float m_sweepLow = 0;  // most boxes begin between the two
     float m_sweepHigh = 0;

@@ -75,13 +75,13 @@ void ColumnGrid::recordSize(const Aabb& grown, Task& task) const
     task.sizes.weight = kSizeSampling;
     bin.count += kSizeSampling;
     bin.tileSum += 0.5f * kSizeSampling * ((tile[1] - tile[0]) + (tile[3] - tile[2]));
-    bin.sweepSum += kSizeSampling * (grown.max[m_plan.sweepAxis] - grown.min[m_plan.sweepAxis]);
+    bin.sweepSum += kSizeSampling * (grown.max[plan().sweepAxis] - grown.min[plan().sweepAxis]);
 }
 
 Float4 ColumnGrid::tileOf(const Aabb& box) const
 {
-    return Float4{box.min[m_plan.tileAxisY], box.max[m_plan.tileAxisY], box.min[m_plan.tileAxisZ],
-                  box.max[m_plan.tileAxisZ]};
+    return Float4{box.min[plan().tileAxisY], box.max[plan().tileAxisY], box.min[plan().tileAxisZ],
+                  box.max[plan().tileAxisZ]};
 }
 
 CellRect ColumnGrid::cellsOf(const Aabb& box, const CellBounds& cellBounds) const
@@ -100,7 +100,7 @@ bool ColumnGrid::locateOne(const GridInput& input, std::uint32_t index, Task& ta
     if (kind != BoxKind::Bounded)
         return false;
     const Aabb box = grown(input.boxes[proxyRow], input.grow);
-    const std::uint32_t level = m_plan.levelCount == 1 ? 0u : m_plan.levelOfOctave[octaveIndex(tileOf(box))];
+    const std::uint32_t level = plan().levelCount == 1 ? 0u : plan().levelOfOctave[octaveIndex(tileOf(box))];
     to = {cellsOf(box, cellBoundsOf(input.cellSkin, level)), proxyRow, static_cast<std::int32_t>(level)};
     if (!areTooManyCells(to.cells))
         return true;
@@ -130,11 +130,11 @@ std::uint32_t ColumnGrid::locate(const GridInput& input, std::uint32_t begin, st
     sampleSizes(input, begin, end, task);
     std::uint32_t outliers[kLocateBlock];
     LocatedCounts counts = {0, 0};
-    if (m_plan.levelCount == 1)
+    if (plan().levelCount == 1)
     {
         const CellBounds cellBounds = cellBoundsOf(input.cellSkin, 0);
         counts = m_kernels.locateBoxes(
-            {input.boxes, input.proxyRows, m_plan.sweepAxis, input.grow, cellBounds.grow,
+            {input.boxes, input.proxyRows, plan().sweepAxis, input.grow, cellBounds.grow,
              cellBounds.inverseWidth, kLargestExtent - 4.0f * input.grow, kSquareSide},
             begin, end, block, outliers);
     }
@@ -224,10 +224,10 @@ void ColumnGrid::fillRegular(const GridInput& input, std::uint32_t begin, std::u
         if (kindOf(input.boxes[proxyRow], input.grow) != BoxKind::Bounded)
             continue;
         const Aabb box = grown(input.boxes[proxyRow], input.grow);
-        const std::uint32_t own = m_plan.levelOfOctave[octaveIndex(tileOf(box))];
+        const std::uint32_t own = plan().levelOfOctave[octaveIndex(tileOf(box))];
         if (areTooManyCells(cellsOf(box, cellBoundsOf(input.cellSkin, own))))
             continue;
-        for (std::uint32_t level = own + 1; level < m_plan.levelCount; ++level)
+        for (std::uint32_t level = own + 1; level < plan().levelCount; ++level)
         {
             const CellRect cells = cellsOf(box, cellBoundsOf(input.cellSkin, level));
             task.regular.makeRoom(static_cast<std::size_t>(cellCountOf(cells)));
@@ -249,7 +249,7 @@ void ColumnGrid::fillRegular(const GridInput& input, std::uint32_t begin, std::u
 
 bool ColumnGrid::tryFill(const GridInput& input)
 {
-    m_columns.reset(m_columnCapacity, m_options.bucketCount, m_window);
+    m_columns.reset(m_columnCapacity, m_bucketCount, m_window);
     const std::uint32_t columns = m_columns.capacity();
     for (unsigned t = 0; t < m_taskCount; ++t)
     {
@@ -258,7 +258,7 @@ bool ColumnGrid::tryFill(const GridInput& input)
         task.regular.clear();
         task.unbounded.clear();
         task.boldCount.assign(columns, 0);
-        task.regularCount.assign(m_plan.levelCount > 1 ? columns : 0, 0);
+        task.regularCount.assign(plan().levelCount > 1 ? columns : 0, 0);
         task.sizes = SizeHistogram();
         task.isFull = false;
     }
@@ -273,7 +273,7 @@ bool ColumnGrid::tryFill(const GridInput& input)
         if (m_tasks[t].isFull)
             return false;
     }
-    if (m_plan.levelCount > 1)
+    if (plan().levelCount > 1)
     {
         m_workers.run(m_taskCount,
                       [&](unsigned t)
@@ -289,7 +289,7 @@ bool ColumnGrid::tryFill(const GridInput& input)
 CellWindow ColumnGrid::chooseWindow(std::vector<std::int32_t>& js, std::vector<std::int32_t>& ks,
                                     std::uint32_t boxes) const
 {
-    if (m_plan.levelCount != 1 || m_options.bucketCount != 0 || js.empty())
+    if (plan().levelCount != 1 || m_bucketCount != 0 || js.empty())
         return {};
     const auto [firstJ, lastJ] = windowOf(js);
     const auto [firstK, lastK] = windowOf(ks);
@@ -316,7 +316,7 @@ void ColumnGrid::sampleInput(const GridInput& input)
         const CellRect cells = cellsOf(box, cellBoundsOf(input.cellSkin, 0));
         js.push_back(cells.j0);
         ks.push_back(cells.k0);
-        starts.push_back(box.min[m_plan.sweepAxis]);
+        starts.push_back(box.min[plan().sweepAxis]);
     }
     m_window = chooseWindow(js, ks, input.count);
     std::tie(m_sweepLow, m_sweepHigh) = starts.empty() ? std::pair(0.0f, 0.0f) : usualRange(starts);
@@ -327,12 +327,40 @@ bool ColumnGrid::isForOneThread(std::uint32_t count) const
     return m_workers.tasksFor(count, kTaskGrain) == 1;
 }
 
+/// The sizes of some boxes, for a first plan.
+SizeHistogram ColumnGrid::sizesOfSample(const GridInput& input)
+{
+    SizeHistogram sizes;
+    const std::uint32_t stride = std::max(1u, input.count / 1024);
+    sizes.weight = stride;
+    for (std::uint32_t i = 0; i < input.count; i += stride)
+    {
+        const Aabb& box = input.boxes[input.proxyRows != nullptr ? input.proxyRows[i] : i];
+        if (kindOf(box, input.grow) != BoxKind::Bounded)
+            continue;
+        const float y = box.max[1] - box.min[1];
+        const float z = box.max[2] - box.min[2];
+        const std::int32_t octave = std::max(octaveOf(std::max(y, z)), kLowestOctave) - kLowestOctave;
+        SizeHistogram::Bin& bin = sizes.bins[static_cast<std::size_t>(octave)];
+        bin.count += stride;
+        bin.tileSum += 0.5 * stride * (static_cast<double>(y) + z);
+        bin.sweepSum += static_cast<double>(stride) * (box.max[0] - box.min[0]);
+    }
+    return sizes;
+}
+
+void ColumnGrid::makePlan(const GridInput& input, const SizeHistogram& sizes)
+{
+    m_planner.make(input.boxes, input.proxyRows, input.count, input.cellSkin, sizes);
+}
+
 void ColumnGrid::fill(const GridInput& input)
 {
     m_taskCount = m_workers.tasksFor(input.count, kTaskGrain);
     if (m_tasks.size() < m_taskCount)
         m_tasks.resize(m_taskCount);
-    preparePlan(input);
+    if (!m_planner.hasPlan())
+        makePlan(input, sizesOfSample(input));
     for (int attempt = 0;; ++attempt)
     {
         sampleInput(input);
@@ -341,7 +369,7 @@ void ColumnGrid::fill(const GridInput& input)
         SizeHistogram sizes;
         for (unsigned t = 0; t < m_taskCount; ++t)
             sizes.add(m_tasks[t].sizes);
-        if (attempt > 0 || !isPlanStale(sizes, input.cellSkin))
+        if (attempt > 0 || !m_planner.isStale(sizes, input.cellSkin))
             break;
         makePlan(input, sizes);
     }

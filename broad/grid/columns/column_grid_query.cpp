@@ -80,12 +80,12 @@ void ColumnGrid::queryLevel(const ColumnSoa& query, const Aabb& box, std::uint32
 void ColumnGrid::queryBox(const Aabb& box, TaggedRow proxyRow, PairBuffer& out) const
 {
     // The end is finite, since the sentinel at the end of a column would count as inside otherwise.
-    float x0 = box.min[m_plan.sweepAxis];
-    float x1 = std::min(box.max[m_plan.sweepAxis], std::numeric_limits<float>::max());
-    float y0 = box.min[m_plan.tileAxisY], y1 = box.max[m_plan.tileAxisY];
-    float z0 = box.min[m_plan.tileAxisZ], z1 = box.max[m_plan.tileAxisZ];
+    float x0 = box.min[plan().sweepAxis];
+    float x1 = std::min(box.max[plan().sweepAxis], std::numeric_limits<float>::max());
+    float y0 = box.min[plan().tileAxisY], y1 = box.max[plan().tileAxisY];
+    float z0 = box.min[plan().tileAxisZ], z1 = box.max[plan().tileAxisZ];
     const ColumnSoa soa = {&x0, &x1, &y0, &y1, &z0, &z1, &proxyRow, 1};
-    for (std::uint32_t level = 0; level < m_plan.levelCount; ++level)
+    for (std::uint32_t level = 0; level < plan().levelCount; ++level)
         queryLevel(soa, box, level, out);
 }
 
@@ -123,7 +123,7 @@ std::vector<std::uint32_t> ColumnGrid::orderAlongColumns(const Aabb* boxes,
         const Aabb& box = boxes[proxyRows[i]];
         const bool isBounded = kindOf(box, 0) == BoxKind::Bounded;
         const CellRect cells = isBounded ? cellsOf(box, cellBoundsOf(0.0f, 0)) : CellRect{};
-        places.emplace_back(packCell(0, cells.j0, cells.k0), isBounded ? box.min[m_plan.sweepAxis] : 0.0f, i);
+        places.emplace_back(packCell(0, cells.j0, cells.k0), isBounded ? box.min[plan().sweepAxis] : 0.0f, i);
     }
     std::sort(places.begin(), places.end());
     std::vector<std::uint32_t> order(places.size());
@@ -144,10 +144,10 @@ void ColumnGrid::forEachCell(const CellVisitor& visit) const
         const float j = static_cast<float>(cellCoordinateJ(cell)),
                     k = static_cast<float>(cellCoordinateK(cell));
         Aabb box{{-kInfinity, -kInfinity, -kInfinity}, {kInfinity, kInfinity, kInfinity}};
-        box.min[m_plan.tileAxisY] = j * m_plan.width[level];
-        box.max[m_plan.tileAxisY] = (j + 1) * m_plan.width[level];
-        box.min[m_plan.tileAxisZ] = k * m_plan.width[level];
-        box.max[m_plan.tileAxisZ] = (k + 1) * m_plan.width[level];
+        box.min[plan().tileAxisY] = j * plan().width[level];
+        box.max[plan().tileAxisY] = (j + 1) * plan().width[level];
+        box.min[plan().tileAxisZ] = k * plan().width[level];
+        box.max[plan().tileAxisZ] = (k + 1) * plan().width[level];
         visit(box, static_cast<std::uint32_t>(level));
     }
 }

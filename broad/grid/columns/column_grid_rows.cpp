@@ -79,9 +79,9 @@ void ColumnGrid::findInColumn(std::uint32_t column, const Aabb& box, RowBatch& r
     const float* const kept =
         isKept ? m_kept.column(list.begin, m_boldRows.data() + list.begin, list.count).x0 : nullptr;
     const auto beginOf = [&](std::uint32_t i)
-    { return isKept ? kept[i] : rows.boxOf(own[i]).min[m_plan.sweepAxis]; };
+    { return isKept ? kept[i] : rows.boxOf(own[i]).min[plan().sweepAxis]; };
     // As in queryColumn().
-    float from = box.min[m_plan.sweepAxis] - m_longestExtents[column];
+    float from = box.min[plan().sweepAxis] - m_longestExtents[column];
     from -= std::abs(from) * 1e-6f;
     std::uint32_t i = 0;
     for (std::uint32_t count = list.count; count > 0;)
@@ -91,7 +91,7 @@ void ColumnGrid::findInColumn(std::uint32_t column, const Aabb& box, RowBatch& r
         i += isBelow ? half + 1 : 0;
         count = isBelow ? count - half - 1 : half;
     }
-    for (; i < list.count && beginOf(i) <= box.max[m_plan.sweepAxis]; ++i)
+    for (; i < list.count && beginOf(i) <= box.max[plan().sweepAxis]; ++i)
     {
         if (isValid(rows.boxOf(own[i])) && overlaps(rows.boxOf(own[i]), box))
             rows.add(own[i]);
@@ -124,12 +124,12 @@ void ColumnGrid::findUnbounded(const Aabb& box, RowBatch& rows) const
 std::uint32_t ColumnGrid::findNearBox(const Aabb& box, const Aabb* boxes, RowSink& sink) const
 {
     std::int64_t cells = 0;
-    for (std::uint32_t level = 0; level < m_plan.levelCount; ++level)
+    for (std::uint32_t level = 0; level < plan().levelCount; ++level)
         cells += cellCountOf(cellsOf(box, cellBoundsOf(0.0f, level)));
     if (m_bold.empty() || cells > kMostFindCells)
         return 0;
     RowBatch rows(boxes, sink);
-    for (std::uint32_t level = 0; level < m_plan.levelCount; ++level)
+    for (std::uint32_t level = 0; level < plan().levelCount; ++level)
         findInCells(level, cellsOf(box, cellBoundsOf(0.0f, level)), box, rows);
     findUnbounded(box, rows);
     return rows.cost();
@@ -140,8 +140,8 @@ std::uint32_t ColumnGrid::findNearBox(const Aabb& box, const Aabb* boxes, RowSin
 void ColumnGrid::followRay(std::uint32_t level, const RayPath& ray, const CellRect& all, RowBatch& rows) const
 {
     const bool isAlongY = isLongerAlongY(ray);
-    const int axis = isAlongY ? m_plan.tileAxisY : m_plan.tileAxisZ;
-    const double width = m_plan.width[level];
+    const int axis = isAlongY ? plan().tileAxisY : plan().tileAxisZ;
+    const double width = plan().width[level];
     const std::int32_t last = isAlongY ? all.j1 : all.k1;
     for (std::int32_t cell = isAlongY ? all.j0 : all.k0; cell <= last; ++cell)
     {
@@ -163,26 +163,26 @@ void ColumnGrid::followRay(std::uint32_t level, const RayPath& ray, const CellRe
 
 bool ColumnGrid::isLongerAlongY(const RayPath& ray) const
 {
-    return std::abs(ray.direction[m_plan.tileAxisY]) >= std::abs(ray.direction[m_plan.tileAxisZ]);
+    return std::abs(ray.direction[plan().tileAxisY]) >= std::abs(ray.direction[plan().tileAxisZ]);
 }
 
 std::uint32_t ColumnGrid::findNearRay(const RayPath& ray, const Aabb* boxes, RowSink& sink) const
 {
     const Aabb around = ray.around(0.0, ray.length);
-    const int across = isLongerAlongY(ray) ? m_plan.tileAxisZ : m_plan.tileAxisY;
+    const int across = isLongerAlongY(ray) ? plan().tileAxisZ : plan().tileAxisY;
     std::array<CellRect, kMaxLevels> cells;
     double count = 0;
-    for (std::uint32_t level = 0; level < m_plan.levelCount; ++level)
+    for (std::uint32_t level = 0; level < plan().levelCount; ++level)
     {
         cells[level] = cellsOf(around, cellBoundsOf(0.0f, level));
         const CellRect& all = cells[level];
         const double along = isLongerAlongY(ray) ? double(all.j1) - all.j0 : double(all.k1) - all.k0;
-        count += (along + 1.0) * (2.0 + (ray.high[across] - ray.low[across]) * m_plan.inverseWidth[level]);
+        count += (along + 1.0) * (2.0 + (ray.high[across] - ray.low[across]) * plan().inverseWidth[level]);
     }
     if (m_bold.empty() || !(count <= kMostFindCells))
         return 0;
     RowBatch rows(boxes, sink);
-    for (std::uint32_t level = 0; level < m_plan.levelCount; ++level)
+    for (std::uint32_t level = 0; level < plan().levelCount; ++level)
         followRay(level, ray, cells[level], rows);
     findUnbounded(around, rows);
     return rows.cost();

@@ -66,7 +66,7 @@ void ColumnGrid::mergeTasks(ColumnUse use)
 {
     m_regular.clear();
     m_entryCount = 0;
-    if (m_plan.levelCount > 1)
+    if (plan().levelCount > 1)
         m_entryCount =
             scatterKind(&Task::regular, &Task::regularCount, m_regular, m_regularRows, ColumnUse::Once);
     m_entryCount += scatterKind(&Task::bold, &Task::boldCount, m_bold, m_boldRows, use);

@@ -20,6 +20,8 @@ constexpr std::size_t kCompareBlock = 512;
 constexpr std::size_t kPrefetch = 32;
 // Followed scans do not measure sizes and spans; after so many of them a refill checks the plan.
 constexpr std::uint32_t kLongestFollow = 128;
+// Nor is the plan checked before so many, should its prediction stay wrong: a refill in every update would cost more.
+constexpr std::uint32_t kShortestFollow = 8;
 
 /// The float of a rank, an integer in the order of all floats.
 Float4 floatOfRank(Int4 rank)
@@ -71,7 +73,7 @@ void ColumnGrid::compare(const Aabb* boxes, const Aabb* before, const std::uint3
     const unsigned tasks = m_workers.tasksFor(dirtyCount, kCompareGrain);
     m_motions.resize(std::max<std::size_t>(m_motions.size(), tasks));
     const CellBounds cellBounds = cellBoundsOf(m_cellSkin, 0);
-    const MotionSource source = {boxes, before, m_plan.sweepAxis, cellBounds.grow, cellBounds.inverseWidth,
+    const MotionSource source = {boxes, before, plan().sweepAxis, cellBounds.grow, cellBounds.inverseWidth,
                                  limit, motions};
     m_workers.run(tasks,
                   [&](unsigned task)
@@ -187,8 +189,8 @@ void ColumnGrid::scanFollowed(const GridInput& input, PairSink& sink)
     m_entryCount = 0;
     for (const ColumnList& list : m_bold)
         m_entryCount += list.count;
-    if (m_options.cellScale <= 0)
-        learnDensity();
+    if (m_planner.learnDensity(m_entryCount, m_testCount) && m_followedScans >= kShortestFollow)
+        m_isFollowable = false;
 }
 
 void ColumnGrid::scanAgain(const GridInput& input, PairSink& sink)

@@ -5,6 +5,7 @@
 #include "cullet/base/threads/ordered_parts.h"
 #include "cullet/base/threads/parallel_loops.h"
 #include "cullet/broad/backend.h"
+#include "cullet/broad/psap/update/filter_mirror.h"
 #include "cullet/broad/psap/update/upload_staging.h"
 #include "cullet/broad/psap/update/upload_steps.h"
 
@@ -36,9 +37,8 @@ public:
     {
         m_rowCount = 0;
         m_dirtyCount = 0;
-        m_isPreviousCopied = false;
-        m_hasFilters = false;
-        m_isFresh = true;
+        m_filters.forget();
+        m_last = Upload::None;
     }
 
     /// Uploads the changed rows, after copying the rows that changed in the last update to the previous boxes.
@@ -49,25 +49,25 @@ public:
     void send(Exec& exec, const ProxyView& view, const MotionRecorder& motion, const OnPart& onPart)
     {
         reserveRows(exec, view.size);
-        m_haveAllChanged = m_isFresh || view.dirtyCount == view.size;
+        const bool isFirst = m_last == Upload::None;
+        m_haveAllChanged = isFirst || view.dirtyCount == view.size;
         const bool isDirect = isSentDirectly(exec, view);
         const bool sendsAll = m_haveAllChanged || isDirect;
+        const Sending sending = {view, motion, isFirst, !sendsAll && canReadDirtyList(exec, view)};
         copyToPrevious(exec, view, sendsAll);
         if (view.size > m_rowCount)
             exec.forEachFrom(m_rowCount, view.size,
                              ClearRow{m_now.data(), m_old.data(), m_changes.data(), sent()});
-        m_dirtyIsAll = sendsAll;
+        m_last = sendsAll ? Upload::All : Upload::Some;
         m_dirtyCount = sendsAll ? view.size : view.dirtyCount;
         const Staged all =
-            sendsAll ? sendTable(exec, view, isDirect, motion, onPart) : sendScattered(exec, view, motion);
-        if (view.filters != nullptr)
-            sendFilters(exec, view, (all.anyChanges & (kRowCreated | kRowRefiltered)) != 0);
+            sendsAll ? sendTable(exec, sending, isDirect, onPart) : sendScattered(exec, sending);
+        m_filters.send(exec, view, (all.anyChanges & (kRowCreated | kRowRefiltered)) != 0, dirtyRows(),
+                       m_dirtyCount);
         if ((all.anyChanges & kRowCreated) != 0)
             exec.uploadAndWait(m_uniqueIds.data(), view.uniqueIds, view.size);
         m_largestId = std::max(m_largestId, all.largestId);
-        m_hasFilters = view.filters != nullptr;
         m_rowCount = view.size;
-        m_isFresh = false;
     }
 
     /// Copies rows that changed in this update to the previous boxes already after this update, so that the next one
@@ -75,29 +75,49 @@ public:
     /// changed: the two arrays are swapped instead.
     void copyToPreviousEarly(Exec& exec)
     {
-        if (m_dirtyIsAll || m_isPreviousCopied)
+        if (m_last != Upload::Some)
             return;
         copyChangedToPrevious(exec);
-        m_isPreviousCopied = true;
+        m_last = Upload::SomeCopied;
     }
 
     std::uint64_t count() const { return m_rowCount; }
     const Aabb* now() const { return m_now.data(); }
     const Aabb* old() const { return m_old.data(); }
     const std::uint8_t* changes() const { return m_changes.data(); }
-    const Filter* filters() const { return m_hasFilters ? m_filters.data() : nullptr; }
+    const Filter* filters() const { return m_filters.words(); }
     const std::uint32_t* uniqueIds() const { return m_uniqueIds.data(); }
     std::uint32_t largestId() const { return m_largestId; }  ///< largest unique id that was uploaded
     bool haveAllChanged() const { return m_haveAllChanged; }
     /// A bit for each row, set for rows that were uploaded in this update; null where all were.
-    const std::uint32_t* sentRows() const { return m_dirtyIsAll ? nullptr : m_sent.data(); }
+    const std::uint32_t* sentRows() const { return m_last == Upload::All ? nullptr : m_sent.data(); }
 
 private:
     template <class T>
     using Buffer = typename Exec::template Buffer<T>;
-    template <class T>
-    using HostMemory = typename Exec::template Staging<T>;
     using Staged = typename UploadStaging<Exec>::Summary;
+
+    /// What the last send() uploaded, and whether its rows are in m_old already:
+    ///
+    ///   forget()            {all rows}                   {some rows}         {copyToPreviousEarly()}
+    ///   -------> None ----------------> All <---------------------> Some ----------------------> SomeCopied
+    ///                                    ^---------------------------^------------- {the next} ------'
+    enum class Upload : std::uint8_t
+    {
+        None,
+        All,
+        Some,  ///< those of m_dirty
+        SomeCopied
+    };
+
+    /// One call of send().
+    struct Sending
+    {
+        const ProxyView& view;
+        const MotionRecorder& motion;
+        bool isFirst;         ///< the executor has none of the rows yet
+        bool readsDirtyList;  ///< steps read the dirty list itself: rows have only moved
+    };
 
     void reserveRows(Exec& exec, std::uint64_t count)
     {
@@ -106,9 +126,9 @@ private:
         exec.reserveKeeping(m_old, room, m_rowCount);
         exec.reserveKeeping(m_changes, room, m_rowCount);
         exec.reserveKeeping(m_sent, wordsFor(room), wordsFor(m_rowCount));
-        exec.reserveKeeping(m_filters, room, m_hasFilters ? m_rowCount : 0);
+        m_filters.reserve(exec, room, m_rowCount);
         exec.reserveKeeping(m_uniqueIds, room, m_rowCount);
-        exec.reserveKeeping(m_dirty, room, m_dirtyIsAll ? 0 : m_dirtyCount);
+        exec.reserveKeeping(m_dirty, room, m_last == Upload::All ? 0 : m_dirtyCount);
     }
 
     /// Whether all boxes are uploaded directly from the table: where many have changed, that is faster than packing
@@ -117,6 +137,12 @@ private:
     {
         const bool isMost = m_haveAllChanged || view.dirtyCount > view.size / kDirectShare;
         return isMost && isTableLocked(exec, view);
+    }
+
+    static bool canReadDirtyList(const Exec& exec, const ProxyView& view)
+    {
+        return view.anyChanges == kRowMoved && view.lockableDirty >= view.dirtyCount &&
+               exec.canAccessDirectly(view.dirty, view.lockableDirty);
     }
 
     static bool isTableLocked(const Exec& exec, const ProxyView& view)
@@ -130,11 +156,10 @@ private:
     void copyToPrevious(Exec& exec, const ProxyView& view, bool sendsAll)
     {
         // All current boxes become previous ones.
-        if (!m_isFresh && view.size == m_rowCount && sendsAll)
+        if (m_last != Upload::None && view.size == m_rowCount && sendsAll)
             std::swap(m_now, m_old);
-        else if (!m_isPreviousCopied)
+        else if (m_last != Upload::SomeCopied)
             copyChangedToPrevious(exec);
-        m_isPreviousCopied = false;
     }
 
     void copyChangedToPrevious(Exec& exec)
@@ -145,28 +170,27 @@ private:
 
     static std::uint64_t wordsFor(std::uint64_t rows) { return (rows + 31) / 32; }
     RowBits sent() const { return RowBits{m_sent.data()}; }
-    const std::uint32_t* dirtyRows() const { return m_dirtyIsAll ? nullptr : m_dirty.data(); }
+    const std::uint32_t* dirtyRows() const { return m_last == Upload::All ? nullptr : m_dirty.data(); }
 
     /// Uploads all boxes and stores them in place.
     ///
     /// @param isDirect uploads from the table itself, without packing
     template <class OnPart>
-    Staged sendTable(Exec& exec, const ProxyView& view, bool isDirect, const MotionRecorder& motion,
-                     const OnPart& onPart)
+    Staged sendTable(Exec& exec, const Sending& sending, bool isDirect, const OnPart& onPart)
     {
         const std::uint64_t room = std::max<std::uint64_t>(m_dirtyCount, 1);
         m_staging.reserve(exec, room, !isDirect);
         if (m_dirtyCount <= std::min(kMostRead, m_tablePart))
-            return sendMapped(exec, view, isDirect, motion);
+            return sendMapped(exec, sending, isDirect);
         exec.reserve(m_newBoxes, room);
         exec.reserve(m_newChanges, room);
         if (isDirect)
-            exec.uploadParts(m_newBoxes.data(), view.boxes, m_dirtyCount, m_tablePart);
+            exec.uploadParts(m_newBoxes.data(), sending.view.boxes, m_dirtyCount, m_tablePart);
         Staged all;
         for (std::uint64_t begin = 0; begin < m_dirtyCount; begin += m_tablePart)
         {
             const std::uint64_t end = std::min(begin + m_tablePart, m_dirtyCount);
-            const Staged staged = stageTable(view, begin, end, !isDirect);
+            const Staged staged = stageTable(sending, begin, end, !isDirect);
             if (isDirect)
                 exec.awaitPart(begin / m_tablePart);
             else
@@ -174,7 +198,8 @@ private:
             // Usually all rows have moved and nothing else, so that no change bits per row are needed.
             if (!staged.isUniform())
                 exec.upload(m_newChanges.data() + begin, m_staging.changes() + begin, end - begin);
-            apply(exec, begin, end, {m_newBoxes.data(), false, m_newChanges.data(), nullptr}, staged, motion);
+            apply(exec, begin, end, {m_newBoxes.data(), false, m_newChanges.data(), nullptr}, staged,
+                  sending.motion);
             all.add(staged);
             if (isDirect && end != m_dirtyCount)
                 onPart(end);
@@ -183,13 +208,13 @@ private:
     }
 
     /// sendTable() for a small table: the step that stores the boxes reads them from the memory of the CPU.
-    Staged sendMapped(Exec& exec, const ProxyView& view, bool isDirect, const MotionRecorder& motion)
+    Staged sendMapped(Exec& exec, const Sending& sending, bool isDirect)
     {
-        const Staged staged = stageTable(view, 0, m_dirtyCount, !isDirect);
+        const Staged staged = stageTable(sending, 0, m_dirtyCount, !isDirect);
         apply(exec, 0, m_dirtyCount,
-              {exec.mapped(isDirect ? view.boxes : m_staging.boxes(), m_dirtyCount), false,
+              {exec.mapped(isDirect ? sending.view.boxes : m_staging.boxes(), m_dirtyCount), false,
                exec.mapped(m_staging.changes(), 0), nullptr},
-              staged, motion);
+              staged, sending.motion);
         return staged;
     }
 
@@ -205,21 +230,19 @@ private:
     /// Uploads the rows in the dirty list and stores them in place; a step reads them from the memory of the CPU. It
     /// gathers the first ones from the table itself. That is slower than reading packed rows, but runs while threads
     /// wake up and pack the others.
-    Staged sendScattered(Exec& exec, const ProxyView& view, const MotionRecorder& motion)
+    Staged sendScattered(Exec& exec, const Sending& sending)
     {
-        m_readsDirtyList = view.anyChanges == kRowMoved && view.lockableDirty >= m_dirtyCount &&
-                           exec.canAccessDirectly(view.dirty, view.lockableDirty);
         const std::uint64_t some = m_dirtyCount <= kMostPicked ? m_dirtyCount : kPickedFirst;
-        const std::uint64_t picked = isTableLocked(exec, view) ? some : 0;
+        const std::uint64_t picked = isTableLocked(exec, sending.view) ? some : 0;
         m_staging.reserve(exec, m_dirtyCount, picked != m_dirtyCount);
         if (picked == m_dirtyCount)
-            return sendPicked(exec, view, picked, motion);
+            return sendPicked(exec, sending, picked);
         OrderedParts parts({picked, m_dirtyCount}, kPackGrain, kTasksPerPart);
         Staged all;
         const auto sendAll = [&]
         {
-            all = sendPicked(exec, view, picked, motion);
-            all.add(sendPacked(exec, view, parts, motion));
+            all = sendPicked(exec, sending, picked);
+            all.add(sendPacked(exec, sending, parts));
         };
         if (parts.tasks() == 1)
             sendAll();
@@ -234,15 +257,16 @@ private:
     }
 
     /// Uploads the first rows of the dirty list; the executor gathers their boxes from the table.
-    Staged sendPicked(Exec& exec, const ProxyView& view, std::uint64_t count, const MotionRecorder& motion)
+    Staged sendPicked(Exec& exec, const Sending& sending, std::uint64_t count)
     {
-        if (m_readsDirtyList)
+        const ProxyView& view = sending.view;
+        if (sending.readsDirtyList)
         {
             if (count == 0)
                 return Staged::ofMoved();
             apply(exec, 0, count,
                   {exec.mapped(view.boxes, count), true, nullptr, exec.mapped(view.dirty, count)},
-                  Staged::ofMoved(), motion);
+                  Staged::ofMoved(), sending.motion);
             return Staged::ofMoved();
         }
         Staged all;
@@ -253,14 +277,14 @@ private:
             apply(exec, begin, end,
                   {exec.mapped(view.boxes, end - begin), true, exec.mapped(m_staging.changes(), 0),
                    exec.mapped(m_staging.rows(), end - begin)},
-                  staged, motion);
+                  staged, sending.motion);
             all.add(staged);
         }
         return all;
     }
 
     /// Packs rows on several threads and uploads each part as soon as it is packed.
-    Staged sendPacked(Exec& exec, const ProxyView& view, OrderedParts& parts, const MotionRecorder& motion)
+    Staged sendPacked(Exec& exec, const Sending& sending, OrderedParts& parts)
     {
         m_summaries.assign(parts.tasks(), {});
         Staged all;
@@ -270,15 +294,15 @@ private:
             const Staged staged = sumOfTasks(firstTask, endTask);
             apply(exec, items.begin, items.end,
                   {exec.mapped(m_staging.boxes(), count), false, exec.mapped(m_staging.changes(), 0),
-                   exec.mapped(m_readsDirtyList ? view.dirty : m_staging.rows(), count)},
-                  staged, motion);
+                   exec.mapped(sending.readsDirtyList ? sending.view.dirty : m_staging.rows(), count)},
+                  staged, sending.motion);
             all.add(staged);
         };
         m_workers.run(parts.tasks(),
                       [&](unsigned task, unsigned thread)
                       {
                           const OrderedParts::Range items = parts.itemsOfTask(task);
-                          m_summaries[task] = stageScattered(view, items);
+                          m_summaries[task] = stageScattered(sending, items);
                           parts.finish(task);
                           if (thread == 0)
                               parts.deliverReady(send);
@@ -287,11 +311,11 @@ private:
         return all;
     }
 
-    Staged stageScattered(const ProxyView& view, OrderedParts::Range items)
+    Staged stageScattered(const Sending& sending, OrderedParts::Range items)
     {
-        if (!m_readsDirtyList)
-            return m_staging.stageRowsAndBoxes(view, items.begin, items.end);
-        m_staging.stageBoxes(view, items.begin, items.end);
+        if (!sending.readsDirtyList)
+            return m_staging.stageRowsAndBoxes(sending.view, items.begin, items.end);
+        m_staging.stageBoxes(sending.view, items.begin, items.end);
         return Staged::ofMoved();
     }
 
@@ -316,7 +340,7 @@ private:
 
     /// Packs some rows where all have changed, on several threads: on one core, packing a million rows would take
     /// longer than the rest of the update.
-    Staged stageTable(const ProxyView& view, std::uint64_t begin, std::uint64_t end, bool packsBoxes)
+    Staged stageTable(const Sending& sending, std::uint64_t begin, std::uint64_t end, bool packsBoxes)
     {
         const unsigned tasks = m_workers.tasksFor(end - begin, packsBoxes ? kBoxesGrain : kBitsGrain);
         m_summaries.assign(tasks, {});
@@ -325,28 +349,10 @@ private:
                       {
                           const std::uint64_t first = begin + (end - begin) * task / tasks;
                           const std::uint64_t last = begin + (end - begin) * (task + 1) / tasks;
-                          m_summaries[task] = m_staging.stageTable(view, first, last, packsBoxes, m_isFresh);
+                          m_summaries[task] =
+                              m_staging.stageTable(sending.view, first, last, packsBoxes, sending.isFirst);
                       });
         return sumOfTasks(0, tasks);
-    }
-
-    /// @param areNew some of the changed rows have new filter words
-    void sendFilters(Exec& exec, const ProxyView& view, bool areNew)
-    {
-        // Filter words that changed while no filter was set were not uploaded.
-        if (!m_hasFilters)
-        {
-            exec.uploadAndWait(m_filters.data(), view.filters, view.size);
-            return;
-        }
-        if (!areNew)
-            return;
-        exec.reserve(m_newFilters, m_dirtyCount);
-        exec.reserve(m_stagedFilters, m_dirtyCount);
-        for (std::uint64_t i = 0; i < m_dirtyCount; ++i)
-            m_stagedFilters.data()[i] = view.filters[m_dirtyIsAll ? i : view.dirty[i]];
-        exec.upload(m_newFilters.data(), m_stagedFilters.data(), m_dirtyCount);
-        exec.forEach(m_dirtyCount, ApplyFilter{dirtyRows(), m_newFilters.data(), m_filters.data()});
     }
 
     // Least number of rows that a thread packs: with boxes, and with change bits only. Packing so many takes as long
@@ -376,27 +382,21 @@ private:
 
     ParallelLoops m_workers;
     std::uint64_t m_tablePart;
-    bool m_isFresh = true;
-    bool m_hasFilters = false;
+    Upload m_last = Upload::None;
     std::uint64_t m_rowCount = 0;  ///< rows that have been uploaded
     std::uint32_t m_largestId = 0;
     Buffer<Aabb> m_now, m_old;
     Buffer<std::uint8_t> m_changes;
     Buffer<std::uint32_t> m_sent;  ///< words of RowBits
-    Buffer<Filter> m_filters;
+    FilterMirror<Exec> m_filters;
     Buffer<std::uint32_t> m_uniqueIds;
 
     bool m_haveAllChanged = false;
-    bool m_readsDirtyList = false;    ///< steps read the dirty list itself: rows have only moved
-    bool m_dirtyIsAll = false;        ///< all rows were uploaded in the last update
-    bool m_isPreviousCopied = false;  ///< rows of the last update are in m_old already
-    std::uint64_t m_dirtyCount = 0;   ///< rows uploaded in the last update
+    std::uint64_t m_dirtyCount = 0;  ///< rows uploaded in the last update
     UploadStaging<Exec> m_staging;
     std::vector<Staged> m_summaries;  ///< indexed by task
     Buffer<std::uint32_t> m_dirty;
     Buffer<Aabb> m_newBoxes;
     Buffer<std::uint8_t> m_newChanges;
-    Buffer<Filter> m_newFilters;
-    HostMemory<Filter> m_stagedFilters;
 };
 }  // namespace cullet::psap

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #include "cullet/demos/figures/midphase/triangle_motion.h"
 
-#include "cullet/broad/psap/exec/host_exec.h"
+#include "cullet/cuda/host/host_exec.h"
 #include "cullet/demos/program/stopwatch.h"
 #include "cullet/demos/scenes/splitmix64.h"
 #include "cullet/mid/linear_bvh.h"

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "cullet/broad/psap/exec/host_exec.h"
 #include "cullet/broad/psap/search.h"
+#include "cullet/cuda/host/host_exec.h"
 #include "cullet/tests/support/boxes.h"
 #include "cullet/tests/support/pair_lists.h"
 #include "cullet/tests/support/random.h"

@@ -3,9 +3,9 @@
 
 // The changes of an update by unique ids: in order with every sorting method.
 
-#include "cullet/broad/psap/exec/host_exec.h"
 #include "cullet/broad/psap/update/delta_output.h"
 #include "cullet/broad/psap/update/update_buffers.h"
+#include "cullet/cuda/host/host_exec.h"
 
 #include <gtest/gtest.h>
 

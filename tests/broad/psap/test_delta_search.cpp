@@ -4,7 +4,7 @@
 // Changes between sets of boxes in an executor's memory, against brute force.
 
 #include "cullet/broad/psap/delta_search.h"
-#include "cullet/broad/psap/exec/host_exec.h"
+#include "cullet/cuda/host/host_exec.h"
 #include "cullet/tests/support/delta_oracle.h"
 
 #include <gtest/gtest.h>

@@ -6,8 +6,8 @@
 #include "cullet/broad/log.h"
 #include "cullet/broad/proxy_table.h"
 #include "cullet/broad/psap/exec/executor_failure.h"
-#include "cullet/broad/psap/exec/host_exec.h"
 #include "cullet/broad/psap/psap_backend.h"
+#include "cullet/cuda/host/host_exec.h"
 #include "cullet/tests/support/boxes.h"
 
 #include <gtest/gtest.h>

@@ -3,11 +3,11 @@
 
 // Neighbour lists: skins, closeness, and when a list is kept.
 
-#include "cullet/broad/psap/exec/host_exec.h"
 #include "cullet/broad/psap/verlet/neighbour_list.h"
 #include "cullet/broad/psap/verlet/neighbour_steps.h"
 #include "cullet/broad/psap/verlet/pair_list_steps.h"
 #include "cullet/broad/psap/verlet/skin_policy.h"
+#include "cullet/cuda/host/host_exec.h"
 #include "cullet/tests/support/boxes.h"
 #include "cullet/tests/support/random.h"
 

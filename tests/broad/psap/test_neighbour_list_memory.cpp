@@ -4,8 +4,8 @@
 // Without memory for neighbour lists, updates search as without lists, and do not fail.
 
 #include "cullet/broad/psap/delta_search.h"
-#include "cullet/broad/psap/exec/host_exec.h"
 #include "cullet/broad/psap/psap_backend.h"
+#include "cullet/cuda/host/host_exec.h"
 #include "cullet/tests/support/backend_session.h"
 #include "cullet/tests/support/box_scenes.h"
 #include "cullet/tests/support/delta_oracle.h"

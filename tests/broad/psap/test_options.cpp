@@ -3,9 +3,9 @@
 
 // Effects of the options of the sweep-and-prune backends on their work; the conformance suite checks the pairs.
 
-#include "cullet/broad/psap/exec/host_exec.h"
 #include "cullet/broad/psap/search.h"
 #include "cullet/comparison/thesis/cell_search.h"
+#include "cullet/cuda/host/host_exec.h"
 #include "cullet/tests/support/backend_session.h"
 #include "cullet/tests/support/boxes.h"
 #include "cullet/tests/support/pair_lists.h"

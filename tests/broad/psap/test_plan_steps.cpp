@@ -3,8 +3,8 @@
 
 // The steps that make plans, one at a time. Any plan gives the same pairs, so that a search hides a poor one.
 
-#include "cullet/broad/psap/exec/host_exec.h"
 #include "cullet/broad/psap/tiles/tile_planner.h"
+#include "cullet/cuda/host/host_exec.h"
 #include "cullet/tests/broad/psap/counting_search_probe.h"
 
 #include <gtest/gtest.h>

@@ -4,10 +4,10 @@
 // Rows packed by threads while an executor picks others from the table.
 
 #include "cullet/base/threads/ordered_parts.h"
-#include "cullet/broad/psap/exec/host_exec.h"
 #include "cullet/broad/psap/update/upload_staging.h"
 #include "cullet/broad/psap/update/upload_steps.h"
 #include "cullet/comparison/backends.h"
+#include "cullet/cuda/host/host_exec.h"
 #include "cullet/tests/support/scattered_rows.h"
 
 #include <gtest/gtest.h>

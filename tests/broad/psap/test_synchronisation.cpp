@@ -4,8 +4,8 @@
 // Number of times that an update waits for its executor, while a GPU is idle, and bytes transferred.
 
 #include "cullet/broad/proxy_table.h"
-#include "cullet/broad/psap/exec/host_exec.h"
 #include "cullet/broad/psap/psap_backend.h"
+#include "cullet/cuda/host/host_exec.h"
 #include "cullet/tests/support/boxes.h"
 
 #include <gtest/gtest.h>

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "cullet/broad/psap/data/pair_lists.h"
-#include "cullet/broad/psap/exec/host_exec.h"
+#include "cullet/cuda/host/host_exec.h"
 
 #include <algorithm>
 #include <atomic>

@@ -3,7 +3,7 @@
 
 // Trees of triangles on the CPU's executor: the steps of the device, in shuffled order, against mid/'s tree.
 
-#include "cullet/broad/psap/exec/host_exec.h"
+#include "cullet/cuda/host/host_exec.h"
 #include "cullet/cuda/mid/triangle_searches.h"
 #include "cullet/tests/cuda/support/triangle_check.h"
 

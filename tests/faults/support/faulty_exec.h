@@ -3,7 +3,7 @@
 #pragma once
 
 #include "cullet/broad/psap/exec/executor_failure.h"
-#include "cullet/broad/psap/exec/host_exec.h"
+#include "cullet/cuda/host/host_exec.h"
 #include "cullet/tests/faults/support/faults.h"
 
 #include <utility>

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "cullet/broad/box_stream.h"
-#include "cullet/broad/recording/box_stream_format.h"
+#include "cullet/recording/box_stream.h"
+#include "cullet/recording/box_stream_format.h"
 #include "cullet/tests/fuzz/largest_new.h"
 
 #include <algorithm>

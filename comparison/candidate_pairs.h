@@ -3,7 +3,7 @@
 #pragma once
 
 #include "cullet/broad/backend.h"
-#include "cullet/broad/pairs/pair_diff.h"
+#include "cullet/broad/pairs/update_held_pairs.h"
 
 #include <cstdint>
 #include <vector>

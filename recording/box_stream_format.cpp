@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "cullet/broad/recording/box_stream_format.h"
+#include "cullet/recording/box_stream_format.h"
 
 #include <cstring>
 #include <zlib.h>

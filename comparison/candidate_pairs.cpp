@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "cullet/broad/pairs/candidate_pairs.h"
+#include "cullet/comparison/candidate_pairs.h"
 
 #include "cullet/broad/pairs/restart_rows.h"
 

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Zlib
 
 // Recordings in a build without zlib: nothing is written or read, and every error says why.
-#include "cullet/broad/box_stream.h"
+#include "cullet/recording/box_stream.h"
 
 #include <istream>
 #include <utility>

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Zlib
 
 // Always linked with what a build without zlib has.
-#include "cullet/broad/box_stream.h"
+#include "cullet/recording/box_stream.h"
 
 #include <gtest/gtest.h>
 

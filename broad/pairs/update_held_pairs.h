@@ -6,24 +6,9 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <vector>
 
 namespace cullet
 {
-/// Writes the delta that turns the pair list `before` into `after`.
-///
-/// @param before,after sorted, unique
-/// @param delta        [out] overwritten; neither list may be part of it
-/// Cost: O(before + after)
-void diffSortedPairs(const Pairs& before, const Pairs& after, PairDelta& delta);
-
-/// Replaces `pairs` by itself without delta.removed and with delta.added.
-///
-/// @param pairs [in, out] sorted, unique; holds all of delta.removed and none of delta.added
-/// @param delta sorted, unique, disjoint
-/// Cost: O(pairs + delta)
-void applyDelta(Pairs& pairs, const PairDelta& delta);
-
 /// A pair and the rows of its boxes, for backends that would otherwise have to search for the rows.
 struct KeyedPair
 {

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "cullet/broad/pairs/pair_diff.h"
+#include "cullet/broad/pairs/update_held_pairs.h"
 #include "cullet/tests/support/pair_hash.h"
 #include "cullet/tests/support/random.h"
 
@@ -48,40 +48,8 @@ TEST(Pair, SortsInSameOrderAsItsKey)
     }
 }
 
-TEST(PairDiff, IsEmptyWhenListsAreEqual)
-{
-    PairDelta delta{{{1, 2}}, {{3, 4}}};
-    diffSortedPairs({{1, 2}, {5, 6}}, {{1, 2}, {5, 6}}, delta);
-    EXPECT_TRUE(delta.added.empty());
-    EXPECT_TRUE(delta.removed.empty());
-}
-
-TEST(PairDiff, ListsAddedAndRemovedPairs)
-{
-    PairDelta delta;
-    diffSortedPairs({{1, 2}, {1, 3}, {5, 6}}, {{1, 3}, {4, 9}, {5, 6}, {5, 7}}, delta);
-    EXPECT_EQ(delta.added, (Pairs{{4, 9}, {5, 7}}));
-    EXPECT_EQ(delta.removed, (Pairs{{1, 2}}));
-}
-
-TEST(PairDiff, GivesSecondListWhenAppliedToFirst)
-{
-    SCOPED_TRACE("seed 1");
-    Random random(1);
-    for (int round = 0; round < 200; ++round)
-    {
-        const Pairs before = randomPairs(random, 12, random.unit());
-        const Pairs after = randomPairs(random, 12, random.unit());
-        PairDelta delta;
-        diffSortedPairs(before, after, delta);
-        Pairs pairs = before;
-        applyDelta(pairs, delta);
-        EXPECT_EQ(pairs, after);
-    }
-}
-
 /// updateHeldPairs() against sets, for a random filter and margin.
-TEST(CandidatePairs, EnterByTheFilterAndLeaveByTheMargin)
+TEST(UpdateHeldPairs, AppliesFilterToPairsThatEnterAndMarginToThoseThatLeave)
 {
     SCOPED_TRACE("seed 2");
     Random random(2);

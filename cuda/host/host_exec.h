@@ -6,7 +6,7 @@
 #include "cullet/broad/backend.h"
 #include "cullet/broad/psap/data/pair_lists.h"
 #include "cullet/broad/psap/exec/executor.h"
-#include "cullet/broad/psap/exec/host_emitters.h"
+#include "cullet/cuda/host/host_emitters.h"
 
 #include <algorithm>
 #include <atomic>

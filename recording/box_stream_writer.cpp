@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "cullet/broad/box_stream.h"
-#include "cullet/broad/recording/box_stream_format.h"
+#include "cullet/recording/box_stream.h"
+#include "cullet/recording/box_stream_format.h"
 
 #include <algorithm>
 #include <cerrno>

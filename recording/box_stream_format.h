@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "cullet/broad/box_stream.h"
+#include "cullet/recording/box_stream.h"
 
 #include <array>
 #include <cstddef>
