@@ -1,12 +1,15 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 #include "cullet/cuda/kernels/guarded.cuh"
+#include "cullet/cuda/narrow/contact_queries.h"
 #include "cullet/cuda/narrow/convex_pairs.h"
 #include "cullet/cuda/narrow/pair_kernels.cuh"
 #include "cullet/cuda/narrow/pair_queries.h"
 #include "cullet/cuda/runtime/cuda_device.h"
 #include "cullet/cuda/runtime/graph_launches.cuh"
 
+#include <algorithm>
+#include <cstdint>
 #include <limits>
 #include <memory>
 #include <string>
@@ -19,7 +22,9 @@ class CudaConvexPairs final : public DeviceConvexPairs
 {
 public:
     CudaConvexPairs(const HullSet& hulls, int device, cudaStream_t stream)
-        : m_exec(device, stream), m_queries(onDevice(m_exec, hulls))
+        : m_exec(device, stream),
+          m_queries(onDevice<convex::PairQueries<convex::CudaPairExec>>(m_exec, hulls)),
+          m_contacts(onDevice<convex::ContactQueries<convex::CudaPairExec>>(m_exec, hulls))
     {
     }
 
@@ -34,8 +39,7 @@ public:
         }
         const convex::PairInput input = {bodies.poses, bodies.bodies, pairs,
                                          static_cast<std::uint32_t>(count)};
-        // A NaN asks for none.
-        const convex::QueryExtras extras = {query.maxDistance >= 0.0f, query.listOverlaps};
+        const convex::QueryExtras extras = extrasOf(query);
         return psap::guarded(
             m_exec,
             [&]
@@ -46,9 +50,12 @@ public:
                     m_queries.launchDistances(m_exec, input, query.maxDistance);
                 if (extras.isListed)
                     m_queries.launchList(m_exec, input.count);
-                m_exec.mark();
-                m_count = input.count;
+                m_last = input;
                 m_extras = extras;
+                m_margin = query.contactMargin;
+                if (extras.isDeep)
+                    launchContacts(std::min(input.count, std::max(m_expected, input.count / 8)));
+                m_exec.mark();
                 m_isPending = true;
             },
             [&] { drop(); });
@@ -60,8 +67,11 @@ public:
                 m_queries.axes(),
                 m_extras.isMeasured ? m_queries.distances() : nullptr,
                 m_extras.isListed ? m_queries.overlaps() : nullptr,
-                m_extras.isListed ? m_queries.overlapCount(m_count) : nullptr,
-                m_count};
+                m_extras.isListed ? m_queries.overlapCount(m_last.count) : nullptr,
+                m_last.count,
+                m_extras.isDeep ? m_contacts.depths() : nullptr,
+                m_extras.hasPoints ? m_contacts.contacts() : nullptr,
+                m_extras.isDeep ? m_contacts.room() : 0};
     }
 
     Status collect(DevicePairAnswers& answers, ConvexPairCounts& counts) override
@@ -75,10 +85,28 @@ public:
                 if (!m_isPending)
                     return;
                 m_exec.awaitMark();
-                const convex::PairCounts& found = m_queries.counts();
-                counts = {found.overlapping, found.undecided,  found.invalid,
-                          found.failed,      found.remembered, found.doubtful};
+                counts = countsOf(m_queries.counts());
+                if (m_extras.isDeep)
+                    completeContacts(counts);
                 answers = ahead();
+            },
+            [&] { drop(); });
+    }
+
+    Status copyContacts(std::uint32_t* places, PairDepth* depths, PairContact* contacts,
+                        std::uint64_t count) override
+    {
+        return psap::guarded(
+            m_exec,
+            [&]
+            {
+                if (places != nullptr)
+                    m_exec.download(places, m_queries.overlaps(), count);
+                if (depths != nullptr)
+                    m_exec.download(depths, m_contacts.depths(), count);
+                if (contacts != nullptr)
+                    m_exec.download(contacts, m_contacts.contacts(), count);
+                m_exec.wait();
             },
             [&] { drop(); });
     }
@@ -92,11 +120,63 @@ public:
     std::uint64_t bytes() const override { return m_exec.bytes(); }
 
 private:
-    static convex::PairQueries<convex::CudaPairExec> onDevice(convex::CudaPairExec& exec,
-                                                              const HullSet& hulls)
+    template <class Queries>
+    static Queries onDevice(convex::CudaPairExec& exec, const HullSet& hulls)
     {
         const psap::CudaExec::DeviceGuard use(exec);
-        return convex::PairQueries<convex::CudaPairExec>(exec, hulls);
+        return Queries(exec, hulls);
+    }
+
+    static convex::QueryExtras extrasOf(const ConvexQuery& query)
+    {
+        // A NaN asks for none.
+        convex::QueryExtras extras;
+        extras.isMeasured = query.maxDistance >= 0.0f;
+        extras.hasPoints = query.contactMargin >= 0.0f;
+        extras.isDeep = extras.hasPoints || query.measureDepths;
+        extras.isListed = extras.isDeep || query.listOverlaps;
+        return extras;
+    }
+
+    static ConvexPairCounts countsOf(const convex::PairCounts& found)
+    {
+        ConvexPairCounts counts;
+        counts.overlapping = found.overlapping;
+        counts.undecided = found.undecided;
+        counts.invalid = found.invalid;
+        counts.failed = found.failed;
+        counts.remembered = found.remembered;
+        counts.doubtful = found.doubtful;
+        return counts;
+    }
+
+    /// Launches depths and contacts of the last query.
+    ///
+    /// @param expected pairs that overlap
+    void launchContacts(std::uint32_t expected)
+    {
+        const convex::PairReader reader = m_queries.readerOf(m_last);
+        const std::uint32_t* const overlaps = m_queries.overlaps();
+        const std::uint32_t* const count = m_queries.overlapCount(m_last.count);
+        m_contacts.prepare(m_exec, expected, m_extras.hasPoints);
+        m_contacts.launchDepths(m_exec, reader, overlaps, count);
+        if (m_extras.hasPoints)
+            m_contacts.launchContacts(m_exec, reader, overlaps, count, m_margin);
+    }
+
+    /// Launches them once more where the memory was too small for all.
+    void completeContacts(ConvexPairCounts& counts)
+    {
+        m_expected = counts.overlapping;
+        if (m_contacts.room() < counts.overlapping)
+        {
+            launchContacts(counts.overlapping);
+            m_exec.mark();
+            m_exec.awaitMark();
+        }
+        counts.largeDepths = m_contacts.counts().large;
+        counts.examinedDepths = m_contacts.counts().examined;
+        counts.unprovedDepths = m_contacts.counts().unproved;
     }
 
     /// Launches a query; from the second one with the same addresses on by one call.
@@ -121,20 +201,23 @@ private:
     void drop()
     {
         m_queries.forget();
+        m_contacts.forget();
         m_launches.drop();
-        m_input = {};
-        m_count = 0;
+        m_input = m_last = {};
         m_extras = {};
         m_isPending = false;
     }
 
     convex::CudaPairExec m_exec;  ///< declared before the buffers, which use its memory
     convex::PairQueries<convex::CudaPairExec> m_queries;
+    convex::ContactQueries<convex::CudaPairExec> m_contacts;
     psap::GraphLaunches<1> m_launches;
-    convex::PairInput m_input;  ///< of the last query
-    std::uint32_t m_count = 0;
-    convex::QueryExtras m_extras;  ///< of the last query
-    bool m_isPending = false;      ///< a query has been launched
+    convex::PairInput m_input;        ///< of the launches
+    convex::PairInput m_last;         ///< of the last query
+    convex::QueryExtras m_extras;     ///< likewise
+    float m_margin = -1.0f;           ///< likewise
+    std::uint32_t m_expected = 1024;  ///< pairs that overlap
+    bool m_isPending = false;         ///< a query has been launched
 };
 }  // namespace
 

@@ -34,6 +34,14 @@ struct ConvexQuery
     float maxDistance = -1.0f;
     /// The list of those that overlap. Costs two short passes over the states, and 4 bytes for each pair.
     bool listOverlaps = false;
+    /// The depths of those that overlap; includes their list. Depths are proved to 1e-6 of the size, nearly all to 1e-7,
+    /// but for those that ConvexPairCounts::unprovedDepths counts. Costs a search in double for each that overlaps, and
+    /// 40 bytes for each of them.
+    bool measureDepths = false;
+    /// Contacts of those that overlap, of up to four points; includes their depths. The points are corners of the part
+    /// of two faces that overlap along the normal, or the deepest point. Those farther apart than this are left out. 0
+    /// or more; negative: none. Costs 80 bytes for each pair that overlaps.
+    float contactMargin = -1.0f;
 };
 
 /// The answers of DeviceConvexPairs, in device memory and in the order of the pairs.
@@ -46,15 +54,26 @@ struct DevicePairAnswers
     const std::uint32_t* overlaps = nullptr;
     const std::uint32_t* overlapCount = nullptr;  ///< their number, in device memory
     std::uint64_t count = 0;
+    /// [room] of the pair with place overlaps[k], at k; null if not asked for.
+    const PairDepth* depths = nullptr;
+    const PairContact* contacts = nullptr;  ///< likewise
+    /// Depths and contacts that there is memory for. From collect() on at least *overlapCount; in ahead() later
+    /// overlaps than these may still be without.
+    std::uint64_t room = 0;
 };
 
 /// How many pairs had which outcome, and how they were answered.
 struct ConvexPairCounts
 {
     std::uint32_t overlapping = 0, undecided = 0, invalid = 0;  ///< all others are Apart
-    std::uint32_t failed = 0;      ///< the axis of the last query did not separate them any more
-    std::uint32_t remembered = 0;  ///< they overlapped in the last query, where their search began
-    std::uint32_t doubtful = 0;    ///< float proved nothing: searched in double
+    std::uint32_t failed = 0;          ///< the axis of the last query did not separate them any more
+    std::uint32_t remembered = 0;      ///< they overlapped in the last query, where their search began
+    std::uint32_t doubtful = 0;        ///< float proved nothing: searched in double
+    std::uint32_t largeDepths = 0;     ///< depths by polytopes of many vertices
+    std::uint32_t examinedDepths = 0;  ///< depths that no polytope has found, by all faces of both hulls
+    /// Depths known to PairDepth::gap only, which is more than 1e-6 of the size: a hull has no faces, and rounding has
+    /// broken the polytope.
+    std::uint32_t unprovedDepths = 0;
 };
 
 /// Tells for pairs of convex hulls in device memory whether they overlap, and finds an axis that separates those that
@@ -68,12 +87,14 @@ struct ConvexPairCounts
 /// where that proves nothing, it is searched in double.
 ///
 /// The same sequence of queries gives the same states and axes, bit by bit, on every device and on the CPU
-/// (convex::PairQueries<convex::HostPairExec>). No list has a capacity.
+/// (convex::PairQueries<convex::HostPairExec>). Depths and contacts depend on shapes and poses alone. No list has a
+/// capacity.
 ///
 /// enqueue() only puts work on the stream, and waits only where memory has to grow. collect() waits for the work. In
 /// between the caller may put more work on the stream, but must not change poses and pairs.
 ///
-/// Uses 41 bytes of device memory for each pair of the longest list, and what a ConvexQuery asks for.
+/// Uses 41 bytes of device memory for each pair of the longest list, and what a ConvexQuery asks for. Depths take up to
+/// 310 MB more for polytopes, by the number of pairs that overlap and of multiprocessors (132 of them here).
 class CULLET_API DeviceConvexPairs
 {
 public:
@@ -91,13 +112,22 @@ public:
     }
 
     /// The addresses that enqueue() will write, valid once the stream has run its work: for later work on that stream,
-    /// so that the CPU need not wait. Valid until the next enqueue(), forget() or failure.
+    /// so that the CPU need not wait. Valid until the next enqueue(), forget() or failure; those of depths and contacts
+    /// until collect(), too, which measures once more where more pairs overlap than there was memory for.
     virtual DevicePairAnswers ahead() const = 0;
 
     /// Waits for the last enqueue().
     ///
     /// @param answers [out] as ahead(); none after a failure
     virtual Status collect(DevicePairAnswers& answers, ConvexPairCounts& counts) = 0;
+
+    /// Copies what collect() has found for the first pairs that overlap to the CPU's memory, and waits.
+    ///
+    /// @param places, depths, contacts [out, count] null: not copied
+    /// @param count no more than the pairs that overlap
+    /// @pre the last query has asked for what is copied
+    virtual Status copyContacts(std::uint32_t* places, PairDepth* depths, PairContact* contacts,
+                                std::uint64_t count) = 0;
 
     /// Forgets all pairs, so that the next query of each begins between the origins of its bodies.
     virtual void forget() = 0;

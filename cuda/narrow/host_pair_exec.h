@@ -4,9 +4,11 @@
 
 #include "cullet/broad/host_device.h"
 #include "cullet/cuda/host/host_exec.h"
+#include "cullet/cuda/narrow/depth_steps.h"
 #include "cullet/cuda/narrow/pair_distance.h"
 #include "cullet/cuda/narrow/pair_steps.h"
 
+#include <algorithm>
 #include <cstdint>
 
 namespace cullet::convex
@@ -55,6 +57,32 @@ public:
 
     /// Calls step(pair) for each pair.
     void measureDistances(std::uint32_t count, const MeasureDistances& step) { forEach(count, step); }
+
+    /// Lanes for steps whose number the CPU does not know: few, so that each has several.
+    std::uint32_t lanesFor(std::uint32_t count, std::uint32_t mostOfProcessor) const
+    {
+        return std::min(count, std::min(mostOfProcessor, 64u));
+    }
+
+    /// Calls step(lane) for each lane.
+    template <class Step>
+    void forEachLane(std::uint32_t lanes, const Step& step)
+    {
+        forEach(lanes, step);
+    }
+
+    /// Finds the least bound of each queued pair by its lanes, and calls step.finish(index, bound).
+    void examineDepths(std::uint32_t /*count*/, const ExamineDepths& step)
+    {
+        forEach(step.lists.counts->examined,
+                [&](std::uint64_t index)
+                {
+                    LeastBound least;
+                    for (std::uint32_t lane = 0; lane < ExamineDepths::kLanes; ++lane)
+                        least.take(step.examine(index, lane));
+                    step.finish(index, least);
+                });
+    }
 
     /// Calls step(pair) for each doubtful pair.
     void searchInDouble(std::uint32_t /*count*/, const SearchInDouble& step, const PairQueues& queues)

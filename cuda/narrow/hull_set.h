@@ -27,7 +27,8 @@ public:
     ///
     /// @return its index, from 0 on
     /// Errors: std::bad_alloc, also from 2^32 blocks on, which are 512 GiB; the set is then unchanged
-    /// Cost: O(n) time and, for each vertex and every seven of its neighbours, 128 bytes; 784 bytes more for the hull
+    /// Cost: O(n) time and, for each vertex and every seven of its neighbours, 128 bytes; up to 150 bytes more for each
+    /// vertex, and 816 for the hull
     std::uint32_t add(const Hull<float>& hull);
 
     std::uint32_t size() const;
@@ -35,6 +36,8 @@ public:
 
     /// Addresses in the CPU's memory. Void after add(), and after the end of this set.
     convex::HullTables tables() const;
+    convex::SurfaceTables surfaces() const;
+    convex::SurfaceSizes surfaceSizes() const;
 
 private:
     struct Arrays;

@@ -33,6 +33,50 @@ struct alignas(16) HullRow
     float tieBand;        ///< Hull::tieBand()
 };
 
+/// A face of a hull.
+struct HullFace
+{
+    float normal[3];             ///< unit, outward, rounded
+    std::uint32_t first, count;  ///< of its corners in SurfaceTables::corners, counter-clockwise from outside
+};
+
+/// An edge between two faces.
+struct alignas(16) HullEdge
+{
+    static constexpr std::uint32_t kNoFace = 0xffffffffu;
+
+    std::uint32_t from, to;  ///< vertices of the hull
+    std::uint32_t left,
+        right;  ///< faces of the hull, the left one has the vertices in this order; kNoFace: a segment
+};
+
+/// Where the faces and edges of a hull are. Without faces, as those of a cloud, both are empty.
+struct alignas(16) SurfaceRow
+{
+    std::uint32_t firstFace, faces;
+    std::uint32_t firstEdge, edges;
+    std::uint32_t
+        firstVertex;  ///< in SurfaceTables::around; the faces of a vertex end where those of the next begin
+};
+
+/// The surfaces of hulls, in the order of HullTables::rows.
+struct SurfaceTables
+{
+    const SurfaceRow* rows = nullptr;        ///< [hulls]
+    const HullFace* faces = nullptr;         ///< of all hulls
+    const HullEdge* edges = nullptr;         ///< likewise
+    const std::uint32_t* corners = nullptr;  ///< vertices of faces
+    const std::uint32_t* around =
+        nullptr;  ///< by vertex, and one more for each hull: the first in vertexFaces
+    const std::uint32_t* vertexFaces = nullptr;  ///< faces of vertices, numbers within their hull
+};
+
+/// The sizes of the arrays of SurfaceTables.
+struct SurfaceSizes
+{
+    std::uint64_t faces, edges, corners, around, vertexFaces;
+};
+
 struct HullTables
 {
     const HullRow* rows = nullptr;          ///< [hulls]

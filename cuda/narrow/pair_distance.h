@@ -34,6 +34,30 @@ CULLET_HOST_DEVICE inline void weightsOf(const Vec<double> (&p)[4], int count, d
     }
 }
 
+/// The point of A - B that is closest to the origin, and that of A that it is made of.
+struct ClosestPoints
+{
+    Vec<double> difference, onA;
+};
+
+/// @param simplex with which a search for the distance has ended
+CULLET_HOST_DEVICE inline ClosestPoints closestOf(const PosedPair<double>& posed,
+                                                  const Simplex<double>& simplex)
+{
+    double weights[3];
+    weightsOf(simplex.points(), simplex.count(), weights);
+    ClosestPoints closest = {{0, 0, 0}, {0, 0, 0}};
+    CULLET_UNROLL
+    for (int k = 0; k < 3; ++k)
+    {
+        if (k >= simplex.count())
+            continue;
+        closest.difference = mulAdd(simplex.points()[k], weights[k], closest.difference);
+        closest.onA = mulAdd(posed.pointA(simplex.ids()[k].a), weights[k], closest.onA);
+    }
+    return closest;
+}
+
 /// Measures the pairs that are apart, in double, from where their boolean search has ended; the axis becomes that of
 /// the distance.
 struct MeasureDistances
@@ -70,22 +94,11 @@ private:
         PairSearch<double, SearchGoal::Distance> search(posed);
         search.run(axis, memory.simplices[pair], SearchStart::Axis);
         memory.axes[pair] = axis;
-        const Simplex<double>& simplex = search.simplex();
-        double weights[3];
-        weightsOf(simplex.points(), simplex.count(), weights);
-        Vec<double> closest = {0, 0, 0}, onA = {0, 0, 0};
-        CULLET_UNROLL
-        for (int k = 0; k < 3; ++k)
-        {
-            if (k >= simplex.count())
-                continue;
-            closest = mulAdd(simplex.points()[k], weights[k], closest);
-            onA = mulAdd(posed.pointA(simplex.ids()[k].a), weights[k], onA);
-        }
-        const double distance = rootOf(dot(closest, closest));
+        const ClosestPoints closest = closestOf(posed, search.simplex());
+        const double distance = rootOf(dot(closest.difference, closest.difference));
         if (distance > double(most))
             return false;
-        const Vec<double> onB = onA - closest;
+        const Vec<double>&onA = closest.onA, onB = onA - closest.difference;
         distances[pair] = {{float(onA.x), float(onA.y), float(onA.z)},
                            float(distance),
                            {float(onB.x), float(onB.y), float(onB.z)},

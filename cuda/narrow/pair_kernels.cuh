@@ -3,6 +3,7 @@
 #pragma once
 
 #include "cullet/cuda/kernels/cuda_exec.cuh"
+#include "cullet/cuda/narrow/depth_steps.h"
 #include "cullet/cuda/narrow/pair_distance.h"
 #include "cullet/cuda/narrow/pair_steps.h"
 
@@ -142,6 +143,48 @@ __global__ void __launch_bounds__(kPairThreads)
         step(pair);
 }
 
+/// With no more registers than let a multiprocessor run the lanes of ContactQueries at once.
+template <class Step>
+__global__ void __launch_bounds__(kPairThreads, 4)
+    runLanes(std::uint32_t lanes, const __grid_constant__ Step step)
+{
+    const std::uint64_t lane = std::uint64_t{blockIdx.x} * blockDim.x + threadIdx.x;
+    if (lane < lanes)
+        step(lane);
+}
+
+__device__ inline LeastBound shuffledDown(const LeastBound& from, unsigned by)
+{
+    constexpr unsigned kAll = 0xffffffffu;
+    const auto shuffled = [by](auto value) { return __shfl_down_sync(kAll, value, by); };
+    LeastBound to;
+    to.bound.outward = {shuffled(from.bound.outward.x), shuffled(from.bound.outward.y),
+                        shuffled(from.bound.outward.z)};
+    to.bound.depth = shuffled(from.bound.depth);
+    to.feature = shuffled(static_cast<unsigned long long>(from.feature));
+    return to;
+}
+
+/// A warp for each queued pair.
+template <class Step>
+__global__ void __launch_bounds__(kPairThreads) examineQueue(const __grid_constant__ Step step)
+{
+    static_assert(Step::kLanes == 32, "a warp");
+    const std::uint64_t queued = step.lists.counts->examined;
+    const std::uint64_t stride = std::uint64_t{gridDim.x} * blockDim.x / Step::kLanes;
+    const std::uint32_t lane = threadIdx.x % Step::kLanes;
+    for (std::uint64_t i = (std::uint64_t{blockIdx.x} * blockDim.x + threadIdx.x) / Step::kLanes; i < queued;
+         i += stride)
+    {
+        LeastBound least = step.examine(i, lane);
+        for (unsigned by = Step::kLanes / 2; by > 0; by /= 2)
+            least.take(shuffledDown(least, by));
+        if (lane == 0)
+            step.finish(i, least);
+        __syncwarp();
+    }
+}
+
 /// Runs the steps of convex pairs on one CUDA device, on one stream; see HostPairExec.
 class CudaPairExec : public psap::CudaExec
 {
@@ -177,6 +220,25 @@ public:
     void measureDistances(std::uint32_t count, const MeasureDistances& step)
     {
         psap::launch(stream(), measurePairs<MeasureDistances>, count, kPairThreads, count, step);
+    }
+
+    std::uint32_t lanesFor(std::uint32_t count, std::uint32_t mostOfProcessor) const
+    {
+        return std::min(count, static_cast<std::uint32_t>(m_multiprocessors) * mostOfProcessor);
+    }
+
+    template <class Step>
+    void forEachLane(std::uint32_t lanes, const Step& step)
+    {
+        psap::launch(stream(), runLanes<Step>, lanes, kPairThreads, lanes, step);
+    }
+
+    void examineDepths(std::uint32_t count, const ExamineDepths& step)
+    {
+        psap::launch(stream(), examineQueue<ExamineDepths>,
+                     std::min(std::uint64_t{count} * ExamineDepths::kLanes,
+                              static_cast<std::uint64_t>(m_multiprocessors) * 4 * kPairThreads),
+                     kPairThreads, step);
     }
 
 private:

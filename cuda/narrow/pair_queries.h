@@ -18,6 +18,8 @@ struct QueryExtras
 {
     bool isMeasured = false;  ///< launchDistances()
     bool isListed = false;    ///< launchList()
+    bool isDeep = false;      ///< ContactQueries::launchDepths()
+    bool hasPoints = false;   ///< ContactQueries::launchContacts()
 };
 
 /// Answers the pairs of a list, query after query, on an executor.
@@ -95,6 +97,9 @@ public:
         m_areCountsClear = false;
     }
 
+    /// What steps read of a query's input.
+    PairReader readerOf(const PairInput& input) const { return {m_tables, input}; }
+
     const PairState* states() const { return m_states.data(); }
     const PairAxis* axes() const { return m_axes.data(); }
     /// Of launchList(), in the executor's memory: pairs, and their number.
@@ -119,7 +124,6 @@ private:
         exec.uploadAndWait(to.data(), from, count);
     }
 
-    PairReader readerOf(const PairInput& input) const { return {m_tables, input}; }
     PairMemory memory() const { return {m_axes.data(), m_simplices.data(), m_states.data()}; }
 
     void reserve(Exec& exec, std::uint32_t count)

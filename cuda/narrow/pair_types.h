@@ -46,4 +46,33 @@ struct alignas(16) PairDistance
     float pointB[3];
     float unused;  ///< 0
 };
+
+/// How deep a pair overlaps, and where. 32 bytes.
+struct alignas(16) PairDepth
+{
+    /// Unit length, world axes, from the second body to the first: the first body, moved by depth * normal, only touches.
+    float normal[3];
+    float depth;  ///< 0 or more
+    /// Deepest point of the second body, world axes, relative to the position of the *first* body. That of the first is
+    /// pointB - depth * normal.
+    float pointB[3];
+    float
+        gap;  ///< the depth is proved up to this: the true one is between depth - gap and depth, up to rounding
+};
+
+/// A point of a contact. 16 bytes.
+struct alignas(16) PairContactPoint
+{
+    float pointB[3];  ///< of the second body, as PairDepth::pointB
+    float depth;      ///< along the normal there; negative: a gap
+};
+
+/// Where a pair touches: up to four points. 80 bytes.
+struct alignas(16) PairContact
+{
+    float normal[3];      ///< PairDepth::normal
+    std::uint32_t count;  ///< of points, 1 to 4
+    PairContactPoint
+        points[4];  ///< the deepest first, which is that of PairDepth; those beyond the count are 0
+};
 }  // namespace cullet

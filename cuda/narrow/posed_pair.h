@@ -107,6 +107,26 @@ public:
     /// float where sizes are so small or large that products underflow or overflow.
     CULLET_HOST_DEVICE T error() const { return m_error; }
 
+    /// The unit of relative tolerances: both reaches and the distance of the origins.
+    CULLET_HOST_DEVICE T size() const
+    {
+        return T(m_hullA.reach()) + T(m_hullB.reach()) + rootOf(dot(m_offset, m_offset));
+    }
+
+    /// The pair with A elsewhere; see error() for that distance.
+    CULLET_HOST_DEVICE PosedPair moved(const Vec<T>& by) const
+    {
+        PosedPair result = *this;
+        result.m_offset = m_offset - by;
+        result.m_error = errorOf(T(m_hullA.reach()) + T(m_hullB.reach()), sumOfMagnitudes(result.m_offset));
+        return result;
+    }
+
+    CULLET_HOST_DEVICE const HullView& hullA() const { return m_hullA; }
+    CULLET_HOST_DEVICE const HullView& hullB() const { return m_hullB; }
+    CULLET_HOST_DEVICE const Turn<T>& turnA() const { return m_turnA; }
+    CULLET_HOST_DEVICE const Turn<T>& turnB() const { return m_turnB; }
+
     CULLET_HOST_DEVICE bool areVertices(VertexIds ids) const
     {
         return m_hullA.isVertex(ids.a) && m_hullB.isVertex(ids.b);

@@ -47,8 +47,9 @@ constexpr std::size_t kMoreThanCache = std::size_t{256} << 20;
 class ConvexClock
 {
 public:
-    explicit ConvexClock(const ConvexMotion& motion)
+    ConvexClock(const ConvexMotion& motion, const ConvexQuery& query)
         : m_motion(motion),
+          m_query(query),
           m_poses(motion.frame(0).size()),
           m_pairs(motion.pairs().size()),
           m_flush(kMoreThanCache),
@@ -69,13 +70,14 @@ public:
         checkCuda(cudaStreamSynchronize(m_stream.get()));
         m_timer.begin();
         requireOk(m_queries->enqueue({m_poses.data(), static_cast<std::uint32_t>(m_motion.frame(0).size())},
-                                     m_pairs.data(), m_motion.pairs().size()));
+                                     m_pairs.data(), m_motion.pairs().size(), m_query));
         m_timer.end();
         DevicePairAnswers answers;
         requireOk(m_queries->collect(answers, m_counts));
         if (m_counts.overlapping != m_motion.overlapping())
             throw std::runtime_error(std::to_string(m_counts.overlapping) + " pairs overlap instead of " +
                                      std::to_string(m_motion.overlapping()));
+        checkContacts(answers);
         return m_timer.milliseconds();
     }
 
@@ -84,7 +86,26 @@ public:
     std::uint64_t bytes() const { return m_queries->bytes(); }
 
 private:
+    /// Two hulls of this bench and the way between them are larger.
+    static constexpr float kLeastSize = 2.0f;
+
+    void checkContacts(const DevicePairAnswers& answers)
+    {
+        m_depths.resize(answers.depths != nullptr ? m_counts.overlapping : 0);
+        m_contacts.resize(answers.contacts != nullptr ? m_counts.overlapping : 0);
+        requireOk(m_queries->copyContacts(nullptr, m_depths.empty() ? nullptr : m_depths.data(),
+                                          m_contacts.empty() ? nullptr : m_contacts.data(), m_depths.size()));
+        const auto isProved = [](const PairDepth& depth)
+        { return depth.depth > 0.0f && depth.gap <= 1e-4f * kLeastSize; };
+        const auto isFilled = [](const PairContact& contact)
+        { return contact.count >= 1 && contact.count <= 4; };
+        if (!std::all_of(m_depths.begin(), m_depths.end(), isProved) ||
+            !std::all_of(m_contacts.begin(), m_contacts.end(), isFilled))
+            throw std::runtime_error("a depth is not proved, or a contact is empty");
+    }
+
     const ConvexMotion& m_motion;
+    ConvexQuery m_query;
     Stream m_stream;
     DeviceList<BodyPose> m_poses;
     DeviceList<RowPair> m_pairs;
@@ -92,6 +113,8 @@ private:
     StreamTimer m_timer;
     std::unique_ptr<DeviceConvexPairs> m_queries;
     ConvexPairCounts m_counts;
+    std::vector<PairDepth> m_depths;
+    std::vector<PairContact> m_contacts;
 };
 
 /// The value below which that share of the values lies.
@@ -102,9 +125,9 @@ double quantile(std::vector<double> values, double share)
 }
 }  // namespace
 
-ConvexTimes timeConvexPairs(const ConvexMotion& motion, int frames)
+ConvexTimes timeConvexPairs(const ConvexMotion& motion, int frames, const ConvexQuery& query)
 {
-    ConvexClock clock(motion);
+    ConvexClock clock(motion, query);
     // To the last frame and back: neighbours in the sequence are neighbours in time.
     const int last = motion.frameCount() - 1;
     const auto frameOf = [last](int step)

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// cullet_convex_times [PAIRS [VERTICES...]]: times of boolean queries of convex pairs on a device, for profilers too.
+// cullet_convex_times [PAIRS [VERTICES...]]: times of queries of convex pairs on a device, for profilers too. First
+// booleans, then contacts of pairs that all touch, a tenth as many.
 
 #include "cullet/demos/bench/narrow/convex_times.h"
 
@@ -14,20 +15,36 @@ namespace
 {
 using namespace cullet;
 
-void print(const ConvexMotionOptions& options)
+void print(const ConvexMotionOptions& options, const char* name = "booleans", const ConvexQuery& query = {})
 {
     const ConvexMotion motion(options);
-    const ConvexTimes times = timeConvexPairs(motion, 30);
+    const ConvexTimes times = timeConvexPairs(motion, 30, query);
     const GapShares& shares = options.shares;
     std::printf(
-        "%8u pairs, %3d vertices, %2d/%2d/%2d, %.2f degrees: warm %.4f ms (p90 %.4f), cold %.4f ms, %llu "
+        "%-8s %8u pairs, %3d vertices, %2d/%2d/%2d, %.2f degrees: warm %.4f ms (p90 %.4f), cold %.4f ms, "
+        "%llu "
         "bytes; "
-        "failed %u, remembered %u, doubtful %u, overlapping %u, undecided %u\n",
-        options.pairs, options.vertices, shares.separated, shares.near, 100 - shares.separated - shares.near,
-        options.degrees, times.warmMs, times.warmP90Ms, times.coldMs,
+        "failed %u, remembered %u, doubtful %u, overlapping %u, undecided %u, depths of large polytopes %u, "
+        "by "
+        "all faces %u\n",
+        name, options.pairs, options.vertices, shares.separated, shares.near,
+        100 - shares.separated - shares.near, options.degrees, times.warmMs, times.warmP90Ms, times.coldMs,
         static_cast<unsigned long long>(times.bytes), times.counts.failed, times.counts.remembered,
-        times.counts.doubtful, times.counts.overlapping, times.counts.undecided);
+        times.counts.doubtful, times.counts.overlapping, times.counts.undecided, times.counts.largeDepths,
+        times.counts.examinedDepths);
     std::fflush(stdout);
+}
+
+/// Booleans, depths, and depths with contacts of pairs that all touch.
+void printTouching(ConvexMotionOptions options)
+{
+    options.shares = {0, 0};
+    ConvexQuery query;
+    print(options);
+    query.measureDepths = true;
+    print(options, "depths", query);
+    query.contactMargin = 0.02f;
+    print(options, "contacts", query);
 }
 }  // namespace
 
@@ -55,6 +72,13 @@ int main(int argc, char** argv)
         {
             options.shares = shares;
             print(options);
+        }
+        options.degrees = 1.0;
+        options.pairs = (options.pairs + 9) / 10;
+        for (const int count : vertices)
+        {
+            options.vertices = count;
+            printTouching(options);
         }
     }
     catch (const std::exception& error)

@@ -18,20 +18,44 @@ namespace cullet
 {
 namespace
 {
-constexpr GapShares kUsual = {80, 15}, kCalm = {95, 4}, kApart = {100, 0};
+constexpr GapShares kUsual = {80, 15}, kCalm = {95, 4}, kApart = {100, 0}, kTouching = {0, 0};
 
-/// Sizes of lists and hulls, then other mixes and motions.
-std::vector<ConvexMotionOptions> cases(unsigned seed)
+struct Case
+{
+    ConvexMotionOptions motion;
+    const char* query;  ///< booleans, depths or contacts
+};
+
+ConvexQuery queryOf(const std::string& name)
+{
+    ConvexQuery query;
+    query.measureDepths = name == "depths";
+    query.contactMargin = name == "contacts" ? 0.02f : -1.0f;
+    return query;
+}
+
+/// Sizes of lists and hulls, then other mixes and motions, then pairs that touch.
+std::vector<Case> cases(unsigned seed)
 {
     constexpr std::uint32_t kMillion = 1000000;
-    std::vector<ConvexMotionOptions> all = {{100000, 42, kUsual, 1.0, 8, seed}};
+    std::vector<Case> all;
+    const auto add = [&](std::uint32_t pairs, int vertices, GapShares shares, double degrees,
+                         const char* query = "booleans") {
+        all.push_back({{pairs, vertices, shares, degrees, pairs > kMillion ? 4 : 8, seed}, query});
+    };
+    add(100000, 42, kUsual, 1.0);
     for (const int vertices : {8, 20, 42, 64, 162})
-        all.push_back({kMillion, vertices, kUsual, 1.0, 8, seed});
-    all.push_back({kMillion, 42, kCalm, 1.0, 8, seed});
-    all.push_back({kMillion, 42, kApart, 1.0, 8, seed});
-    all.push_back({kMillion, 42, kUsual, 0.05, 8, seed});
-    all.push_back({kMillion, 42, kCalm, 0.05, 8, seed});
-    all.push_back({10 * kMillion, 42, kUsual, 1.0, 4, seed});
+        add(kMillion, vertices, kUsual, 1.0);
+    add(kMillion, 42, kCalm, 1.0);
+    add(kMillion, 42, kApart, 1.0);
+    add(kMillion, 42, kUsual, 0.05);
+    add(kMillion, 42, kCalm, 0.05);
+    add(10 * kMillion, 42, kUsual, 1.0);
+    for (const char* const query : {"booleans", "depths", "contacts"})
+        add(100000, 42, kTouching, 1.0, query);
+    for (const int vertices : {8, 162})
+        add(100000, vertices, kTouching, 1.0, "contacts");
+    add(kMillion, 42, kUsual, 1.0, "contacts");
     return all;
 }
 
@@ -42,18 +66,20 @@ std::string nameOf(const GapShares& shares)
            std::to_string(overlapping);
 }
 
-void add(const ConvexMotionOptions& options, const ConvexTimes& times, ResultFile& file)
+void add(const Case& one, const ConvexTimes& times, ResultFile& file)
 {
+    const ConvexMotionOptions& options = one.motion;
     const double perMicrosecond = options.pairs / (1000.0 * times.warmMs);
-    std::printf("%9u %8d %9s %7.2f %9.4f %9.4f %9.4f %9.0f\n", options.pairs, options.vertices,
-                nameOf(options.shares).c_str(), options.degrees, times.warmMs, times.warmP90Ms, times.coldMs,
-                perMicrosecond);
+    std::printf("%9u %8d %9s %7.2f %9s %9.4f %9.4f %9.4f %9.0f\n", options.pairs, options.vertices,
+                nameOf(options.shares).c_str(), options.degrees, one.query, times.warmMs, times.warmP90Ms,
+                times.coldMs, perMicrosecond);
     std::fflush(stdout);
     file.addRow({{"benchmark", "narrow_device"},
                  {"pairs", options.pairs},
                  {"vertices", options.vertices},
                  {"mix", nameOf(options.shares)},
                  {"degrees", options.degrees},
+                 {"query", one.query},
                  {"warm_ms", times.warmMs},
                  {"warm_p90_ms", times.warmP90Ms},
                  {"cold_ms", times.coldMs},
@@ -62,7 +88,9 @@ void add(const ConvexMotionOptions& options, const ConvexTimes& times, ResultFil
                  {"failed", times.counts.failed},
                  {"remembered", times.counts.remembered},
                  {"doubtful", times.counts.doubtful},
-                 {"overlapping", times.counts.overlapping}});
+                 {"overlapping", times.counts.overlapping},
+                 {"large_depths", times.counts.largeDepths},
+                 {"examined_depths", times.counts.examinedDepths}});
 }
 }  // namespace
 
@@ -71,14 +99,14 @@ void runDeviceNarrowBench(const DeviceNarrowOptions& options, ResultFile& file)
     std::string why;
     if (!makeDeviceConvexPairs(HullSet(), 0, nullptr, &why))
         throw ProgramError(kExitUnavailable, why);
-    std::printf("%9s %8s %9s %7s %9s %9s %9s %9s\n", "pairs", "vertices", "mix", "degrees", "warm_ms",
-                "p90_ms", "cold_ms", "pairs/us");
-    for (const ConvexMotionOptions& one : cases(options.seed))
+    std::printf("%9s %8s %9s %7s %9s %9s %9s %9s %9s\n", "pairs", "vertices", "mix", "degrees", "query",
+                "warm_ms", "p90_ms", "cold_ms", "pairs/us");
+    for (const Case& one : cases(options.seed))
     {
-        if (one.pairs > options.mostPairs || isInterrupted())
+        if (one.motion.pairs > options.mostPairs || isInterrupted())
             continue;
-        const ConvexMotion motion(one);
-        add(one, timeConvexPairs(motion, options.repetitions), file);
+        const ConvexMotion motion(one.motion);
+        add(one, timeConvexPairs(motion, options.repetitions, queryOf(one.query)), file);
     }
 }
 }  // namespace cullet

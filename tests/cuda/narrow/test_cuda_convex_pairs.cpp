@@ -114,6 +114,44 @@ TEST_P(CudaConvexPairs, HaveDistancesOfCpuExecutorBitByBit)
     }
 }
 
+TEST_P(CudaConvexPairs, HaveContactsOfCpuExecutorBitByBit)
+{
+    const unsigned seed = 67;
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    // More overlap than the first query has memory for.
+    ConvexScene scene(GetParam(), 6000, seed);
+    HostPairs host(scene.set, PsapExecutor::InOrder, 1);
+    CudaPairs device(scene.set);
+    ASSERT_TRUE(device.isThere()) << device.why;
+    for (int frame = 0; frame < 3; ++frame)
+    {
+        ConvexAnswers found;
+        ASSERT_EQ(device.contacts(scene, 0.02f, found), Status::Ok);
+        EXPECT_GT(found.contacts.size(), 1500u);
+        EXPECT_TRUE(haveSameBits(found, host.contacts(scene, 0.02f))) << frame;
+        EXPECT_EQ(device.counts.largeDepths, host.depthCounts().large);
+        EXPECT_EQ(device.counts.examinedDepths, host.depthCounts().examined);
+        scene.step();
+        ASSERT_EQ(device.query(scene, found), Status::Ok);
+        EXPECT_TRUE(haveSameBits(found, host.query(scene))) << frame;
+        EXPECT_TRUE(found.depths.empty());
+    }
+}
+
+TEST_P(CudaConvexPairs, CopyContactsToMemoryOfCpu)
+{
+    ConvexScene scene(GetParam(), 300, 68);
+    CudaPairs device(scene.set);
+    ASSERT_TRUE(device.isThere()) << device.why;
+    ConvexAnswers found, copied;
+    ASSERT_EQ(device.contacts(scene, 0.02f, found), Status::Ok);
+    ASSERT_EQ(device.copyContacts(copied), Status::Ok);
+    found.states = {};
+    found.axes = {};
+    EXPECT_GT(copied.contacts.size(), 50u);
+    EXPECT_TRUE(haveSameBits(found, copied));
+}
+
 INSTANTIATE_TEST_SUITE_P(Cuda, CudaConvexPairs, testing::ValuesIn(kConvexKinds), nameOfKind);
 
 TEST(CudaInvalidPairs, AreReportedAndLeaveOthersAlone)
@@ -162,9 +200,11 @@ std::uint64_t failEveryCallOfPairs(FaultInjection fault)
                             for (std::size_t frame = 0; frame < frames.size(); ++frame)
                             {
                                 ConvexAnswers found;
-                                // The last frame with distances.
+                                // The last frames with contacts and with distances.
                                 const auto query = [&]
                                 {
+                                    if (frame + 2 == frames.size())
+                                        return device.contacts(frames[frame], 0.02f, found);
                                     return frame + 1 < frames.size()
                                                ? device.query(frames[frame], found)
                                                : device.measure(frames[frame], 1.0f, found);
@@ -179,6 +219,7 @@ std::uint64_t failEveryCallOfPairs(FaultInjection fault)
                                 }
                                 ASSERT_EQ(status, Status::Ok);
                                 EXPECT_EQ(found.states, expected[frame].states) << "frame " << frame;
+                                EXPECT_EQ(found.contacts.empty(), frame + 2 != frames.size());
                             }
                         });
 }

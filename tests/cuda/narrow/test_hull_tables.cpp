@@ -56,6 +56,46 @@ convex::Support<float> highestOf(const Hull<float>& hull, const Vec<float>& d)
     return best;
 }
 
+TEST(HullTables, HaveFacesAndEdgesOfHulls)
+{
+    HullSet set;
+    std::vector<Hull<float>> hulls;
+    for (const NamedPoints& shape : nastyShapes())
+    {
+        hulls.push_back(hullOf<float>(shape.points));
+        set.add(hulls.back());
+    }
+    const convex::SurfaceTables tables = set.surfaces();
+    for (std::uint32_t i = 0; i < set.size(); ++i)
+    {
+        const Hull<float>& hull = hulls[i].corners();
+        const convex::SurfaceRow& row = tables.rows[i];
+        ASSERT_EQ(row.faces, hull.faces().size());
+        for (std::uint32_t f = 0; f < row.faces; ++f)
+        {
+            const convex::HullFace& face = tables.faces[row.firstFace + f];
+            const auto corners = hull.faceVertices(static_cast<std::int32_t>(f));
+            EXPECT_TRUE(std::equal(corners.begin(), corners.end(), tables.corners + face.first,
+                                   tables.corners + face.first + face.count));
+            EXPECT_EQ(face.normal[1], static_cast<float>(hull.faces()[f].normal[1]));
+        }
+        ASSERT_EQ(row.edges, hull.edges().size() + (hull.kind() == HullKind::Segment ? 1 : 0));
+        for (std::size_t e = 0; e < hull.edges().size(); ++e)
+        {
+            const convex::HullEdge& edge = tables.edges[row.firstEdge + e];
+            EXPECT_EQ(static_cast<std::int32_t>(edge.from), hull.edges()[e].from);
+            EXPECT_EQ(static_cast<std::int32_t>(edge.right), hull.edges()[e].right);
+        }
+        for (std::int32_t v = 0; row.faces > 0 && v < hull.vertexCount(); ++v)
+        {
+            const std::uint32_t* const around = tables.around + row.firstVertex + v;
+            const auto faces = hull.facesOf(v);
+            EXPECT_TRUE(std::equal(faces.begin(), faces.end(), tables.vertexFaces + around[0],
+                                   tables.vertexFaces + around[1]));
+        }
+    }
+}
+
 TEST(HullTables, GiveSupportsOfScanFromAnyStart)
 {
     std::mt19937 engine(50);

@@ -27,6 +27,8 @@ struct ConvexAnswers
     std::vector<PairAxis> axes;
     std::vector<PairDistance> distances;  ///< if asked for
     std::vector<std::uint32_t> overlaps;  ///< likewise
+    std::vector<PairDepth> depths;        ///< likewise, of the overlaps
+    std::vector<PairContact> contacts;    ///< likewise
 };
 
 inline bool haveSameBits(const ConvexAnswers& a, const ConvexAnswers& b)
@@ -38,7 +40,8 @@ inline bool haveSameBits(const ConvexAnswers& a, const ConvexAnswers& b)
                 std::memcmp(listA.data(), listB.data(), listA.size() * sizeof(listA[0])) == 0);
     };
     return areEqual(a.states, b.states) && areEqual(a.axes, b.axes) && areEqual(a.distances, b.distances) &&
-           areEqual(a.overlaps, b.overlaps);
+           areEqual(a.overlaps, b.overlaps) && areEqual(a.depths, b.depths) &&
+           areEqual(a.contacts, b.contacts);
 }
 
 /// The places of pairs that overlap.

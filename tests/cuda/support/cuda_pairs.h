@@ -75,6 +75,25 @@ public:
         return collect(m_pairs->enqueue(inputOf(bodies), m_list.data(), bodies.pairs.size(), query), answers);
     }
 
+    /// With contacts.
+    Status contacts(const ConvexBodies& bodies, float margin, ConvexAnswers& answers)
+    {
+        upload(bodies);
+        ConvexQuery query;
+        query.contactMargin = margin;
+        return collect(m_pairs->enqueue(inputOf(bodies), m_list.data(), bodies.pairs.size(), query), answers);
+    }
+
+    /// The contacts of the last query.
+    Status copyContacts(ConvexAnswers& answers)
+    {
+        answers.overlaps.resize(counts.overlapping);
+        answers.depths.resize(counts.overlapping);
+        answers.contacts.resize(counts.overlapping);
+        return m_pairs->copyContacts(answers.overlaps.data(), answers.depths.data(), answers.contacts.data(),
+                                     counts.overlapping);
+    }
+
     std::string why;
     ConvexPairCounts counts;
 
@@ -89,9 +108,16 @@ private:
         DevicePairAnswers found;
         if (status == Status::Ok)
             status = m_pairs->collect(found, counts);
-        answers = {downloaded(found.states, found.count), downloaded(found.axes, found.count),
+        answers = {downloaded(found.states, found.count),
+                   downloaded(found.axes, found.count),
                    downloaded(found.distances, found.distances != nullptr ? found.count : 0),
-                   downloaded(found.overlaps, found.overlaps != nullptr ? counts.overlapping : 0)};
+                   downloaded(found.overlaps, found.overlaps != nullptr ? counts.overlapping : 0),
+                   downloaded(found.depths, found.depths != nullptr ? counts.overlapping : 0),
+                   downloaded(found.contacts, found.contacts != nullptr ? counts.overlapping : 0)};
+        if (found.depths != nullptr)
+        {
+            EXPECT_GE(found.room, counts.overlapping);
+        }
         if (found.overlapCount != nullptr)
         {
             EXPECT_EQ(downloaded(found.overlapCount, 1)[0], counts.overlapping);

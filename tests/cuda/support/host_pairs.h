@@ -2,11 +2,13 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include "cullet/cuda/narrow/contact_queries.h"
 #include "cullet/cuda/narrow/host_pair_exec.h"
 #include "cullet/cuda/narrow/pair_queries.h"
 #include "cullet/tests/cuda/support/convex_check.h"
 #include "cullet/tests/cuda/support/convex_scene.h"
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 
@@ -24,8 +26,9 @@ inline void add(const convex::PairCounts& counts, convex::PairCounts& sum)
 class HostPairs
 {
 public:
-    HostPairs(const HullSet& hulls, PsapExecutor order, std::uint32_t seed)
-        : m_exec(optionsFor(order, seed)), m_queries(m_exec, hulls)
+    HostPairs(const HullSet& hulls, PsapExecutor order, std::uint32_t seed,
+              const convex::PolytopeSizes& polytopes = {})
+        : m_exec(optionsFor(order, seed)), m_queries(m_exec, hulls), m_contacts(m_exec, hulls, polytopes)
     {
     }
 
@@ -49,7 +52,29 @@ public:
                                 m_queries.overlaps() + *m_queries.overlapCount(input.count));
         return answers;
     }
+    /// With contacts.
+    ///
+    /// @param expected pairs that overlap; later ones are left out
+    ConvexAnswers contacts(const ConvexBodies& bodies, float margin, std::uint32_t expected = 0xffffffffu)
+    {
+        const convex::PairInput input = inputOf(bodies);
+        m_queries.prepare(m_exec, input.count, {false, true, true, true});
+        m_queries.launch(m_exec, input);
+        m_queries.launchList(m_exec, input.count);
+        const std::uint32_t* const overlaps = m_queries.overlaps();
+        const std::uint32_t* const count = m_queries.overlapCount(input.count);
+        m_contacts.prepare(m_exec, std::min(expected, input.count), true);
+        m_contacts.launchDepths(m_exec, m_queries.readerOf(input), overlaps, count);
+        m_contacts.launchContacts(m_exec, m_queries.readerOf(input), overlaps, count, margin);
+        ConvexAnswers answers = answersOf(input.count);
+        answers.overlaps.assign(overlaps, overlaps + *count);
+        const std::uint32_t found = std::min(*count, m_contacts.room());
+        answers.depths.assign(m_contacts.depths(), m_contacts.depths() + found);
+        answers.contacts.assign(m_contacts.contacts(), m_contacts.contacts() + found);
+        return answers;
+    }
     const convex::PairCounts& counts() const { return m_queries.counts(); }
+    const convex::DepthCounts& depthCounts() const { return m_contacts.counts(); }
 
 private:
     static convex::PairInput inputOf(const ConvexBodies& bodies)
@@ -62,6 +87,8 @@ private:
     {
         return {{m_queries.states(), m_queries.states() + count},
                 {m_queries.axes(), m_queries.axes() + count},
+                {},
+                {},
                 {},
                 {}};
     }
@@ -77,5 +104,6 @@ private:
 
     convex::HostPairExec m_exec;
     convex::PairQueries<convex::HostPairExec> m_queries;
+    convex::ContactQueries<convex::HostPairExec> m_contacts;
 };
 }  // namespace cullet::test
