@@ -90,6 +90,29 @@ public:
         exec.forEach(chunks, ListOverlaps{m_states.data(), count, m_beforeChunk.data(), m_overlaps.data()});
     }
 
+    /// Exchanges what is remembered of all pairs with the other memory: that of the list before, for callers whose pairs
+    /// change places.
+    void swapMemory()
+    {
+        std::swap(m_axes, m_otherAxes);
+        std::swap(m_simplices, m_otherSimplices);
+        std::swap(m_states, m_otherStates);
+        m_remembered = 0;
+    }
+    /// @return memory for the next query, which the caller's launches write: all of it
+    PairMemory memoryFor(Exec& exec, std::uint32_t count)
+    {
+        m_remembered = 0;
+        reserveMemory(exec, count);
+        m_remembered = count;
+        return memory();
+    }
+    /// What was remembered before the last swapMemory(), as long as that list was.
+    PairMemory otherMemory() const
+    {
+        return {m_otherAxes.data(), m_otherSimplices.data(), m_otherStates.data()};
+    }
+
     /// Forgets all pairs, also after a failure.
     void forget()
     {
@@ -99,6 +122,8 @@ public:
 
     /// What steps read of a query's input.
     PairReader readerOf(const PairInput& input) const { return {m_tables, input}; }
+    /// In the executor's memory.
+    const HullTables& hulls() const { return m_tables; }
 
     const PairState* states() const { return m_states.data(); }
     const PairAxis* axes() const { return m_axes.data(); }
@@ -133,15 +158,21 @@ private:
         exec.reserve(m_fetched, 1);
         exec.reserve(m_searched, room);
         exec.reserve(m_doubtful, room);
-        exec.reserveKeeping(m_axes, room, known);
-        exec.reserveKeeping(m_simplices, room, known);
-        exec.reserveKeeping(m_states, room, known);
+        reserveMemory(exec, count);
         if (count <= known)
             return;
         exec.clear(m_axes.data() + known, count - known);
         exec.clear(m_simplices.data() + known, count - known);
         exec.clear(m_states.data() + known, count - known);
         m_remembered = count;
+    }
+
+    void reserveMemory(Exec& exec, std::uint32_t count)
+    {
+        const std::uint64_t room = std::max(count, 1u);
+        exec.reserveKeeping(m_axes, room, m_remembered);
+        exec.reserveKeeping(m_simplices, room, m_remembered);
+        exec.reserveKeeping(m_states, room, m_remembered);
     }
 
     HullTables m_tables;
@@ -153,6 +184,9 @@ private:
     Buffer<PairAxis> m_axes;
     Buffer<PairSimplex> m_simplices;
     Buffer<PairState> m_states;
+    Buffer<PairAxis> m_otherAxes;  ///< as swapMemory()
+    Buffer<PairSimplex> m_otherSimplices;
+    Buffer<PairState> m_otherStates;
     Buffer<PairDistance> m_distances;
     Buffer<std::uint32_t> m_overlaps, m_inChunk, m_beforeChunk;
     Buffer<std::uint32_t> m_searched, m_doubtful;

@@ -29,6 +29,20 @@ struct PairMemory
     PairAxis* axes = nullptr;
     PairSimplex* simplices = nullptr;
     PairState* states = nullptr;
+
+    /// Forgets a pair, as cleared memory has.
+    CULLET_HOST_DEVICE void clear(std::uint64_t pair) const
+    {
+        axes[pair] = {};
+        simplices[pair] = {};
+        states[pair] = {};
+    }
+    CULLET_HOST_DEVICE void copy(std::uint64_t pair, const PairMemory& from, std::uint64_t other) const
+    {
+        axes[pair] = from.axes[other];
+        simplices[pair] = from.simplices[other];
+        states[pair] = from.states[other];
+    }
 };
 
 /// Where a pair goes before or after its axis has been tested.
