@@ -45,7 +45,7 @@
 
 /** Incremented when functions or members are added. A program runs with every library whose cullet_abi_version() is not
  *  lower than this; a change that breaks programs gives the library another file name (its SOVERSION). */
-#define CULLET_ABI_VERSION 4
+#define CULLET_ABI_VERSION 5
 
 typedef int32_t cullet_status;
 
@@ -653,5 +653,123 @@ typedef struct cullet_hull_results
  */
 CULLET_C_API cullet_status cullet_hull_query_batch(const cullet_hull_batch* batch,
                                                    const cullet_hull_results* results);
+
+/* ---------------------------------------------------------------- convex hulls in GPU memory ---------------------- */
+
+/** Finds bodies near each other, of poses in GPU memory, and which of them overlap: boxes, pairs and answers on one stream.
+ *  Arrays are given and returned as they are, without gaps; their shapes, element types and strides, in elements, are those of
+ *  DLPack. */
+typedef struct cullet_contact_finder cullet_contact_finder;
+
+typedef struct cullet_contact_finder_options
+{
+    uint32_t size;  /**< sizeof(cullet_contact_finder_options) */
+    int32_t device; /**< CUDA device ordinal */
+    void* stream;   /**< cudaStream_t of that device; NULL: an own stream, which waits for no other one */
+} cullet_contact_finder_options;
+
+/** Where a body is: 32 bytes. An array of them is a tensor of 32-bit floats of shape [count, 8] with strides (8, 1), whose
+ *  column 3 has the bits of an integer. */
+typedef struct cullet_device_pose
+{
+    float position[3]; /**< length unit of the world */
+    uint32_t hull;     /**< its place in the list of hulls, from 0 on */
+    float
+        rotation[4]; /**< quaternion x, y, z, w of a length between 1/2 and 2; it is divided by its length */
+} cullet_device_pose;
+
+typedef struct cullet_contact_query
+{
+    uint32_t size;         /**< sizeof(cullet_contact_query) */
+    int32_t list_overlaps; /**< 1: cullet_contacts::overlaps */
+    float margin;          /**< every box is grown by it; finite, 0 or more */
+    float max_distance; /**< above 0, also infinite: cullet_contacts::distances of pairs no farther apart */
+} cullet_contact_query;
+
+/** State of a pair, a byte. */
+enum
+{
+    CULLET_PAIR_APART = 0,       /**< its axis separates the hulls */
+    CULLET_PAIR_OVERLAPPING = 1, /**< the hulls have a point in common, or touch up to rounding */
+    CULLET_PAIR_UNDECIDED = 2,   /**< hulls flatter than the rounding of double: treat as overlapping */
+    CULLET_PAIR_INVALID = 3      /**< beyond the last pair */
+};
+
+/** The pairs and their answers; all pointers are to device memory. */
+typedef struct cullet_contacts
+{
+    uint32_t size;        /**< sizeof(cullet_contacts) */
+    uint32_t overlapping; /**< number of pairs of that state */
+    uint64_t count;       /**< number of pairs */
+    uint64_t added;       /**< pairs that were none after the last enqueue */
+    uint64_t removed;     /**< pairs of the last enqueue that are none */
+    /** Indices of poses, the lower one first, in ascending order: 32-bit integers of shape [count, 2], strides (2, 1) */
+    const cullet_pair* pairs;
+    const uint8_t* states; /**< [count] CULLET_PAIR_APART, ... */
+    /** Floats of shape [count, 4], strides (4, 1): where a pair is apart, a unit vector along which all of the first body
+     *  is farther than all of the second; column 3 is for the library */
+    const float* axes;
+    /** Floats of shape [count, 8], strides (8, 1): the closest point of the first body, the distance, the closest point of
+     *  the second body, and 0. Points are relative to the position of the first. The distance is infinite where it exceeds
+     *  max_distance, and 0 where the state is not CULLET_PAIR_APART; the points are then 0. NULL if not asked for */
+    const float* distances;
+    /** [overlapping] places of overlapping pairs, ascending. NULL if not asked for */
+    const uint32_t* overlaps;
+    /** Numbers of pairs and of overlaps. The first is 2^64 - 1 where a list was too short, see
+     *  cullet_contact_finder_ahead(). The second is NULL if overlaps is */
+    const uint64_t* device_count;
+    const uint32_t* device_overlapping;
+} cullet_contacts;
+
+/**
+ * Copies hulls to a device.
+ *
+ * @param hulls    [count] may be destroyed afterwards; their vertices are rounded to float. NULL if count is 0
+ * @param options  NULL: defaults
+ * Errors: NULL, SIZE, ARGUMENT, MEMORY; NOT_FINITE for a vertex beyond the range of float; NO_DEVICE with a reason. Any
+ * thread.
+ */
+CULLET_C_API cullet_status cullet_contact_finder_create(const cullet_hull* const* hulls, uint32_t count,
+                                                        const cullet_contact_finder_options* options,
+                                                        cullet_contact_finder** finder);
+
+/** NULL is ignored. Per handle. */
+CULLET_C_API void cullet_contact_finder_destroy(cullet_contact_finder* finder);
+
+/**
+ * Enqueues the search on the stream, after that of the last enqueue, which it waits for.
+ *
+ * Pairs are those whose boxes overlap. A body with a hull that is none, or with a pose that is not finite or has a quaternion
+ * of another length, has no pairs. What is known of a pair makes its next answer faster, as long as it is a pair. The same
+ * calls give the same bits in every run.
+ *
+ * @param device_poses  [count] device memory, aligned to 16 bytes; element i is the same body in every call. Must not change
+ *                      before the collect. NULL if count is 0. Memory that does not belong to the device is a fault that
+ *                      ends its CUDA context
+ * @param count         below 2^31
+ * @param query         NULL: defaults
+ * Errors: NULL, SIZE, ARGUMENT, DEVICE, MEMORY. After DEVICE and MEMORY nothing is known of any pair. Per handle.
+ */
+CULLET_C_API cullet_status cullet_contact_finder_enqueue(cullet_contact_finder* finder,
+                                                         const cullet_device_pose* device_poses,
+                                                         uint32_t count, const cullet_contact_query* query);
+
+/** The arrays that the search will write, for work that is put on the same stream, without waiting.
+ *
+ *  @param contacts [out] `count` is the room of the arrays, beyond *device_count with the state CULLET_PAIR_INVALID. Where
+ *                  *device_count is 2^64 - 1, the arrays are void, and only the collect has the answers
+ *  Errors: NULL, SIZE, ARGUMENT (the last enqueue failed or was collected, or there was none). Per handle. */
+CULLET_C_API cullet_status cullet_contact_finder_ahead(cullet_contact_finder* finder,
+                                                       cullet_contacts* contacts);
+
+/** Waits for the search, repeats it where a list was too short, and returns its answers.
+ *
+ *  @param contacts [out] arrays are valid until the next enqueue
+ *  Errors: NULL, SIZE, DEVICE, MEMORY, ARGUMENT (the last enqueue failed, or there was none). Per handle. */
+CULLET_C_API cullet_status cullet_contact_finder_collect(cullet_contact_finder* finder,
+                                                         cullet_contacts* contacts);
+
+/** Forgets all pairs: those of the next enqueue are all new. Waits for the stream. Errors: NULL. Per handle. */
+CULLET_C_API cullet_status cullet_contact_finder_forget(cullet_contact_finder* finder);
 
 #endif

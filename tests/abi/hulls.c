@@ -164,6 +164,37 @@ static void testErrors(const cullet_hull* cube)
     cullet_hull_cache_destroy(NULL);
 }
 
+/* What is checked before a device is asked for; without one there is no finder. */
+static void testContactFinder(const cullet_hull* cube)
+{
+    cullet_contact_finder_options options = {sizeof(options), -1, NULL};
+    cullet_contact_finder* finder = NULL;
+    cullet_contacts contacts = {0};
+    cullet_hull* huge = NULL;
+    const cullet_hull* list[2] = {cube, NULL};
+    const double far[3] = {1e50, 0, 0};
+    CHECK(cullet_contact_finder_create(list, 1, &options, NULL) == CULLET_ERROR_NULL);
+    CHECK(cullet_contact_finder_create(list, 1, &options, &finder) == CULLET_ERROR_ARGUMENT);
+    CHECK(cullet_contact_finder_create(list, 2, NULL, &finder) == CULLET_ERROR_NULL);
+    CHECK(cullet_contact_finder_create(NULL, 2, NULL, &finder) == CULLET_ERROR_NULL);
+    CHECK(cullet_hull_create(far, 0, 1, &huge) == CULLET_OK);
+    list[1] = huge;
+    CHECK(cullet_contact_finder_create(list, 2, NULL, &finder) == CULLET_ERROR_NOT_FINITE);
+    cullet_hull_destroy(huge);
+    options.device = 4096;
+    CHECK(cullet_contact_finder_create(list, 1, &options, &finder) == CULLET_ERROR_NO_DEVICE);
+    CHECK(strlen(cullet_last_error()) > 0);
+    options.size = 4;
+    CHECK(cullet_contact_finder_create(list, 1, &options, &finder) == CULLET_ERROR_SIZE);
+    CHECK(finder == NULL);
+    contacts.size = sizeof(contacts);
+    CHECK(cullet_contact_finder_enqueue(NULL, NULL, 0, NULL) == CULLET_ERROR_NULL);
+    CHECK(cullet_contact_finder_ahead(NULL, &contacts) == CULLET_ERROR_NULL);
+    CHECK(cullet_contact_finder_collect(NULL, &contacts) == CULLET_ERROR_NULL);
+    CHECK(cullet_contact_finder_forget(NULL) == CULLET_ERROR_NULL);
+    cullet_contact_finder_destroy(NULL);
+}
+
 int main(void)
 {
     cullet_hull* cube = makeCube();
@@ -174,6 +205,7 @@ int main(void)
     testTurnedCube(cube);
     testFlatHulls(cube);
     testErrors(cube);
+    testContactFinder(cube);
     cullet_hull_cache_destroy(cache);
     cullet_hull_destroy(cube);
     return finish("hulls");
