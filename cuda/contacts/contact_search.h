@@ -71,6 +71,7 @@ public:
     unsigned nextPhase() const { return m_changes.nextPhase(); }
     std::uint32_t launches() const { return m_changes.launches(); }
     void countRepeat() { m_changes.countRepeat(); }
+    psap::NeighbourMode mode() const { return m_changes.mode(); }
     void advanceNextPlan(Exec& exec)
     {
         m_launchedChanges = m_pairs.roomForChanges();

@@ -47,6 +47,7 @@ public:
             m_exec, {m_poses.data(), static_cast<std::uint32_t>(m_poses.size()), margin, maxDistance, true});
         m_search.launch(m_exec);
         m_search.advanceNextPlan(m_exec);
+        m_followed += m_search.mode() == psap::NeighbourMode::Follow;
         if (!m_search.finish(m_exec))
         {
             ++m_repeats;
@@ -58,6 +59,8 @@ public:
     void recover() { m_search.recover(m_options); }
 
     int repeats() const { return m_repeats; }
+    /// Queries that began with a list of neighbours.
+    int followed() const { return m_followed; }
     std::vector<Aabb> boxes() const { return {m_search.boxes(), m_search.boxes() + m_poses.size()}; }
 
 private:
@@ -83,7 +86,7 @@ private:
     convex::HostPairExec m_exec;
     contacts::ContactSearch<convex::HostPairExec> m_search;
     std::vector<BodyPose> m_poses;
-    int m_repeats = 0;
+    int m_repeats = 0, m_followed = 0;
 };
 
 inline PsapOptions contactOptions(PsapExecutor order, std::uint32_t seed, std::uint32_t capacity = 1024)
