@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #include "cullet/broad/proxy_table.h"
 #include "cullet/demos/bench/named_backends.h"
+#include "cullet/demos/figures/device_system.h"
 #include "cullet/demos/figures/figure.h"
 #include "cullet/demos/program/exit_code.h"
 #include "cullet/demos/program/interrupt.h"
@@ -18,6 +19,8 @@
 #include <cstdio>
 #include <deque>
 #include <iterator>
+#include <memory>
+#include <vector>
 
 namespace cullet
 {
@@ -36,6 +39,24 @@ public:
         std::mt19937 engine(static_cast<unsigned>(seed));
         for (std::size_t i = 0; i < count; ++i)
             m_bases.push_back(randomRotation(engine).cast<float>());
+    }
+
+    const Hull<float>& hull() const { return m_hull; }
+
+    /// Where the spheres are, for a device.
+    void place(const std::vector<Aabb>& boxes, std::vector<BodyPose>& poses) const
+    {
+        poses.resize(boxes.size());
+        for (std::size_t row = 0; row < boxes.size(); ++row)
+        {
+            const Eigen::Quaternionf turn(m_bases[row]);
+            BodyPose& pose = poses[row];
+            pose.hull = 0;
+            for (int axis = 0; axis < 3; ++axis)
+                pose.position[axis] = 0.5f * (boxes[row].min[axis] + boxes[row].max[axis]);
+            for (int k = 0; k < 4; ++k)
+                pose.rotation[k] = turn.coeffs()[k];
+        }
     }
 
     PosedHull<float> posed(std::uint32_t row, const Aabb& box, SupportMethod method) const
@@ -159,6 +180,57 @@ private:
     std::vector<GjkCache<float>> m_caches, m_nextCaches;
 };
 
+/// Both phases on a device, if there is one.
+class WholeOnDevice
+{
+public:
+    WholeOnDevice(const Spheres& spheres, TraceFile* trace, std::uint32_t bodies)
+        : m_system(makeDeviceSystem(setOf(spheres))),
+          m_trace(trace, "device, figure 13 with " + std::to_string(bodies))
+    {
+    }
+
+    bool isThere() const { return m_system != nullptr; }
+    std::vector<double> wholeMs;
+    PairDigest touching;
+    std::size_t pairCount() const { return m_system->pairCount(); }
+
+    void step(const BoxScene& scene, const Spheres& spheres, bool isTimed)
+    {
+        spheres.place(scene.boxes(), m_poses);
+        const auto start = TraceFile::Clock::now();
+        const double ms = m_system->step(m_poses);
+        m_trace.add("whole", start, TraceFile::Clock::now());
+        touching = {};
+        for (const RowPair pair : m_system->overlaps())
+            touching.add({pair.a + 1, pair.b + 1});
+        if (isTimed)
+            wholeMs.push_back(ms);
+    }
+
+private:
+    static HullSet setOf(const Spheres& spheres)
+    {
+        HullSet set;
+        set.add(spheres.hull());
+        return set;
+    }
+
+    std::unique_ptr<DeviceSystem> m_system;
+    TraceLane m_trace;
+    std::vector<BodyPose> m_poses;
+};
+
+/// A quaternion rounds a rotation in another way than a matrix, which decides where gaps are below 1e-6.
+void requireAlike(const WholeOnDevice& device, const System& system, std::uint32_t bodies)
+{
+    const std::uint64_t expected = system.touching.count, found = device.touching.count;
+    const std::uint64_t difference = expected > found ? expected - found : found - expected;
+    if (difference > 1 + system.pairCount() / 100000)
+        throw ProgramError(kExitDisagreement, "figure 13 with " + std::to_string(bodies) + " bodies: " +
+                                                  system.configuration().name + " and the device differ");
+}
+
 void requireSameAnswers(const std::deque<System>& systems, std::uint32_t bodies)
 {
     for (const System& system : systems)
@@ -170,27 +242,45 @@ void requireSameAnswers(const std::deque<System>& systems, std::uint32_t bodies)
     }
 }
 
-void addRow(const System& system, const char* phase, const std::vector<double>& times, std::uint32_t bodies,
-            ResultFile& file)
+/// What a row of the figure says beside its times.
+struct RowOf
+{
+    const char* system;
+    const char* phase;
+    const char* broad;
+    std::size_t pairs;
+    PairDigest touching;
+};
+
+void addRow(const RowOf& row, const std::vector<double>& times, std::uint32_t bodies, ResultFile& file)
 {
     const Statistics statistics = summarise(times);
     std::printf("%-8s %-7s %-8s %8u bodies %9zu pairs %8llu touch  median %10.3f ms  %s\n", "system",
-                system.configuration().name, phase, bodies, system.pairCount(),
-                static_cast<unsigned long long>(system.touching.count), statistics.median,
-                toHex(system.touching.hash).c_str());
-    file.addRow({{"benchmark", std::string("figure13.") + phase},
+                row.system, row.phase, bodies, row.pairs, static_cast<unsigned long long>(row.touching.count),
+                statistics.median, toHex(row.touching.hash).c_str());
+    file.addRow({{"benchmark", std::string("figure13.") + row.phase},
                  {"scene", "W1"},
-                 {"backend", system.configuration().broad},
+                 {"backend", row.broad},
                  {"precision", ownPrecision()},
                  {"threads", 1},
                  {"bodies", bodies},
-                 {"pairs", system.pairCount()},
+                 {"pairs", row.pairs},
                  {"median_ms", statistics.median},
                  {"p90_ms", statistics.p90},
                  {"min_ms", statistics.min},
-                 {"hash", toHex(system.touching.hash)},
-                 {"system", system.configuration().name},
-                 {"touching_pairs", system.touching.count}});
+                 {"hash", toHex(row.touching.hash)},
+                 {"system", row.system},
+                 {"touching_pairs", row.touching.count}});
+}
+
+void addSystemRows(const System& system, std::uint32_t bodies, ResultFile& file)
+{
+    const Configuration& configuration = system.configuration();
+    const auto rowOf = [&](const char* phase) -> RowOf {
+        return {configuration.name, phase, configuration.broad, system.pairCount(), system.touching};
+    };
+    addRow(rowOf("broad"), system.broadMs, bodies, file);
+    addRow(rowOf("narrow"), system.narrowMs, bodies, file);
 }
 
 std::deque<System> makeSystems(std::uint32_t bodies, TraceFile* trace)
@@ -215,6 +305,7 @@ void measureSize(const FigureOptions& options, std::uint32_t bodies, ResultFile&
     std::deque<System> systems = makeSystems(bodies, options.trace);
     for (System& system : systems)
         system.create(scene->boxes());
+    WholeOnDevice device(spheres, options.trace, bodies);
     Progress progress("figure 13 " + std::to_string(bodies), static_cast<std::uint64_t>(frames),
                       options.quiet);
     for (int frame = 0; frame < frames && !isInterrupted(); ++frame)
@@ -224,15 +315,21 @@ void measureSize(const FigureOptions& options, std::uint32_t bodies, ResultFile&
             systems[(i + static_cast<std::size_t>(frame)) % systems.size()].step(*scene, spheres,
                                                                                  frame >= kWarmFrames);
         requireSameAnswers(systems, bodies);
+        if (device.isThere())
+        {
+            device.step(*scene, spheres, frame >= kWarmFrames);
+            requireAlike(device, systems.back(), bodies);
+        }
         progress.show(static_cast<std::uint64_t>(frame + 1));
     }
     for (const System& system : systems)
     {
-        if (system.broadMs.empty())
-            continue;
-        addRow(system, "broad", system.broadMs, bodies, file);
-        addRow(system, "narrow", system.narrowMs, bodies, file);
+        if (!system.broadMs.empty())
+            addSystemRows(system, bodies, file);
     }
+    if (!device.wholeMs.empty())
+        addRow({"device", "whole", "cuda", device.pairCount(), device.touching}, device.wholeMs, bodies,
+               file);
 }
 }  // namespace
 

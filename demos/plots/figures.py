@@ -115,6 +115,9 @@ def figure13(rows):
             some = chosen(rows, benchmark="figure13." + phase, system=system)
             if some:
                 axis.plot(*points(some), "o--" if system == "thesis" else "o-", label=label, markersize=4)
+        whole = chosen(rows, benchmark="figure13.whole", system="device")
+        if whole:
+            axis.plot(*points(whole), "o-", color="black", label="both phases on GPU", markersize=4)
         axis.set_yscale("log")
         cubic_axis(axis, max(float(row["bodies"]) for row in rows))
         axis.set_title({"broad": "broad phase", "narrow": "narrow phase (ISA-GJK)"}[phase])
