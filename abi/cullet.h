@@ -678,12 +678,23 @@ typedef struct cullet_device_pose
         rotation[4]; /**< quaternion x, y, z, w of a length between 1/2 and 2; it is divided by its length */
 } cullet_device_pose;
 
+/** What is found of pairs that overlap; each includes those before it. */
+enum
+{
+    CULLET_TOUCHING_NONE = 0,
+    CULLET_TOUCHING_LIST = 1,    /**< cullet_contacts::overlaps */
+    CULLET_TOUCHING_DEPTHS = 2,  /**< cullet_contacts::depths */
+    CULLET_TOUCHING_CONTACTS = 3 /**< cullet_contacts::contacts */
+};
+
 typedef struct cullet_contact_query
 {
-    uint32_t size;         /**< sizeof(cullet_contact_query) */
-    int32_t list_overlaps; /**< 1: cullet_contacts::overlaps */
-    float margin;          /**< every box is grown by it; finite, 0 or more */
-    float max_distance; /**< above 0, also infinite: cullet_contacts::distances of pairs no farther apart */
+    uint32_t size;        /**< sizeof(cullet_contact_query) */
+    int32_t touching;     /**< CULLET_TOUCHING_NONE, ... */
+    float margin;         /**< every box is grown by it; finite, 0 or more */
+    float max_distance;   /**< above 0, also infinite: cullet_contacts::distances of pairs no farther apart */
+    float contact_margin; /**< of CULLET_TOUCHING_CONTACTS: points no farther apart; 0 or more */
+    uint32_t reserved;    /**< 0 */
 } cullet_contact_query;
 
 /** State of a pair, a byte. */
@@ -715,6 +726,14 @@ typedef struct cullet_contacts
     const float* distances;
     /** [overlapping] places of overlapping pairs, ascending. NULL if not asked for */
     const uint32_t* overlaps;
+    /** Floats of shape [overlapping, 8], strides (8, 1), of the pairs in `overlaps`: a unit vector from the second body to
+     *  the first, the depth, the deepest point of the second body relative to the position of the first, and up to what
+     *  the depth is proved. The first body, moved by depth * vector, only touches. NULL if not asked for */
+    const float* depths;
+    /** Floats of shape [overlapping, 20], strides (20, 1), of the pairs in `overlaps`: the vector as above; the number of
+     *  points, 1 to 4, as the bits of an integer; for each of four points that of the second body, relative to the position
+     *  of the first, and its depth, negative for a gap. NULL if not asked for */
+    const float* contacts;
     /** Numbers of pairs and of overlaps. The first is 2^64 - 1 where a list was too short, see
      *  cullet_contact_finder_ahead(). The second is NULL if overlaps is */
     const uint64_t* device_count;
@@ -757,7 +776,8 @@ CULLET_C_API cullet_status cullet_contact_finder_enqueue(cullet_contact_finder* 
 /** The arrays that the search will write, for work that is put on the same stream, without waiting.
  *
  *  @param contacts [out] `count` is the room of the arrays, beyond *device_count with the state CULLET_PAIR_INVALID. Where
- *                  *device_count is 2^64 - 1, the arrays are void, and only the collect has the answers
+ *                  *device_count is 2^64 - 1, the arrays are void, and only the collect has the answers. `overlapping` is the
+ *                  room of depths and contacts; where *device_overlapping is above it, the others come with the collect
  *  Errors: NULL, SIZE, ARGUMENT (the last enqueue failed or was collected, or there was none). Per handle. */
 CULLET_C_API cullet_status cullet_contact_finder_ahead(cullet_contact_finder* finder,
                                                        cullet_contacts* contacts);

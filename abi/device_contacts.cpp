@@ -24,7 +24,10 @@ static_assert(sizeof(cullet_device_pose) == sizeof(BodyPose) &&
                   offsetof(cullet_device_pose, rotation) == offsetof(BodyPose, rotation),
               "poses are passed on as they are");
 static_assert(sizeof(PairAxis) == 4 * sizeof(float) && sizeof(PairDistance) == 8 * sizeof(float) &&
-                  offsetof(PairDistance, distance) == 3 * sizeof(float),
+                  offsetof(PairDistance, distance) == 3 * sizeof(float) &&
+                  sizeof(PairDepth) == 8 * sizeof(float) && offsetof(PairDepth, gap) == 7 * sizeof(float) &&
+                  sizeof(PairContact) == 20 * sizeof(float) &&
+                  offsetof(PairContact, points) == 4 * sizeof(float),
               "answers are handed out as they are");
 static_assert(static_cast<int>(PairState::Apart) == CULLET_PAIR_APART &&
                   static_cast<int>(PairState::Overlapping) == CULLET_PAIR_OVERLAPPING &&
@@ -80,12 +83,17 @@ ContactQuery queryOf(const cullet_contact_query* query)
     const auto known = readOptions<sizeof(cullet_contact_query)>(query);
     require(known.margin >= 0, CULLET_ERROR_ARGUMENT, "margin: not negative and no NaN expected");
     require(known.max_distance >= 0, CULLET_ERROR_ARGUMENT, "max_distance: not negative and no NaN expected");
-    require(known.list_overlaps == 0 || known.list_overlaps == 1, CULLET_ERROR_ARGUMENT,
-            "list_overlaps: 0 or 1 expected");
+    require(known.touching >= CULLET_TOUCHING_NONE && known.touching <= CULLET_TOUCHING_CONTACTS,
+            CULLET_ERROR_ARGUMENT, "touching: one of CULLET_TOUCHING_* expected");
+    require(known.contact_margin >= 0, CULLET_ERROR_ARGUMENT,
+            "contact_margin: not negative and no NaN expected");
+    require(known.reserved == 0, CULLET_ERROR_ARGUMENT, "query: reserved must be 0");
     ContactQuery contacts;
     contacts.margin = checkedMargin(double(known.margin));
     contacts.pairs.maxDistance = known.max_distance > 0 ? known.max_distance : -1.0f;
-    contacts.pairs.listOverlaps = known.list_overlaps != 0;
+    contacts.pairs.listOverlaps = known.touching >= CULLET_TOUCHING_LIST;
+    contacts.pairs.measureDepths = known.touching >= CULLET_TOUCHING_DEPTHS;
+    contacts.pairs.contactMargin = known.touching == CULLET_TOUCHING_CONTACTS ? known.contact_margin : -1.0f;
     return contacts;
 }
 
@@ -99,6 +107,8 @@ cullet_contacts contactsOf(const DeviceContacts& found, const std::uint64_t* dev
     contacts.axes = reinterpret_cast<const float*>(answers.axes);
     contacts.distances = reinterpret_cast<const float*>(answers.distances);
     contacts.overlaps = answers.overlaps;
+    contacts.depths = reinterpret_cast<const float*>(answers.depths);
+    contacts.contacts = reinterpret_cast<const float*>(answers.contacts);
     contacts.device_count = deviceCount;
     contacts.device_overlapping = answers.overlapCount;
     return contacts;
@@ -160,7 +170,9 @@ cullet_status cullet_contact_finder_ahead(cullet_contact_finder* finder, cullet_
             require(finder->state == SearchState::Enqueued, CULLET_ERROR_ARGUMENT,
                     "no enqueue before, or it failed or was collected");
             const DeviceContactsAhead ahead = finder->finder->ahead();
-            writeResult(contactsOf(ahead.contacts, ahead.count), contacts);
+            cullet_contacts known = contactsOf(ahead.contacts, ahead.count);
+            known.overlapping = static_cast<uint32_t>(ahead.contacts.answers.room);
+            writeResult(known, contacts);
             return CULLET_OK;
         });
 }

@@ -4,6 +4,7 @@
 #include "cullet/cuda/contacts/contact_search.h"
 #include "cullet/cuda/kernels/guarded.cuh"
 #include "cullet/cuda/narrow/pair_kernels.cuh"
+#include "cullet/cuda/narrow/query_words.h"
 #include "cullet/cuda/runtime/cuda_device.h"
 #include "cullet/cuda/runtime/graph_launches.cuh"
 
@@ -30,10 +31,11 @@ public:
             [&]
             {
                 finish();
-                // A NaN asks for none.
+                const convex::QueryExtras extras = convex::extrasOf(query.pairs);
+                // A NaN is no margin.
                 enqueueOrThrow({bodies.poses, bodies.bodies, query.margin > 0.0f ? query.margin : 0.0f,
-                                query.pairs.maxDistance >= 0.0f ? query.pairs.maxDistance : -1.0f,
-                                query.pairs.listOverlaps});
+                                extras, extras.isMeasured ? query.pairs.maxDistance : -1.0f,
+                                extras.hasPoints ? query.pairs.contactMargin : -1.0f});
                 m_exec.mark();
                 m_state = State::Enqueued;
             });
@@ -56,12 +58,12 @@ public:
                     return;
                 if (m_state == State::Void)
                     m_search->answerAgain(m_exec);
+                m_search->completeContacts(m_exec);
                 m_state = State::Collected;
                 contacts = contactsOf(m_search->changes().pairs());
-                const convex::PairCounts found = m_search->counts();
-                counts = {{found.overlapping, found.undecided, found.invalid, found.failed, found.remembered,
-                           found.doubtful},
-                          m_search->changes()};
+                counts = {convex::countsOf(m_search->counts()), m_search->changes()};
+                if (m_search->input().extras.isDeep)
+                    convex::addDepthCounts(m_search->contacts().counts(), counts.pairs);
             });
     }
 
@@ -135,13 +137,9 @@ private:
     /// @param count of pairs, or the room for them
     DeviceContacts contactsOf(std::uint64_t count) const
     {
-        const auto& queries = m_search->queries();
-        const contacts::ContactInput& input = m_search->input();
-        const auto room = static_cast<std::uint32_t>(m_search->pairs().room());
         return {m_search->pairs().pairs(),
-                {queries.states(), queries.axes(), input.maxDistance >= 0.0f ? queries.distances() : nullptr,
-                 input.isListed ? queries.overlaps() : nullptr,
-                 input.isListed ? queries.overlapCount(room) : nullptr, count}};
+                convex::answersOf(m_search->queries(), m_search->contacts(), m_search->input().extras,
+                                  static_cast<std::uint32_t>(m_search->pairs().room()), count)};
     }
 
     PsapOptions m_options;

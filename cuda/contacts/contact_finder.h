@@ -55,8 +55,8 @@ struct ContactCounts
 ///
 /// A body has the box of its hull, at most 1e-5 of its size and its distance from the origin larger. Pairs are those whose
 /// boxes overlap; DeviceDeltaFinder's search finds how they change. What DeviceConvexPairs remembers of a pair, to answer
-/// it faster, goes with the pair as long as its boxes overlap, while other pairs come and go. Its answers, and their
-/// tolerances, are those of DeviceConvexPairs.
+/// it faster, goes with the pair as long as its boxes overlap, while other pairs come and go. Its answers, distances, depths
+/// and contacts, and their tolerances, are those of DeviceConvexPairs.
 ///
 /// The same sequence of calls gives the same pairs, in the same order, and the same answers, bit by bit, on every device
 /// and on the CPU (contacts::ContactSearch<convex::HostPairExec>). No list has a capacity.
@@ -78,7 +78,8 @@ public:
     ///     OutOfMemory for 2^31 bodies or more
     virtual Status enqueue(const DeviceBodies& bodies, const ContactQuery& query) = 0;
 
-    /// Void after collect() or another enqueue().
+    /// Void after collect() or another enqueue(). As with DeviceConvexPairs, overlaps beyond DevicePairAnswers::room have
+    /// depths and contacts from collect() on.
     virtual DeviceContactsAhead ahead() const = 0;
 
     /// Waits for the last enqueue(). Where a list was too short, repeats it: the poses must not have changed until then.

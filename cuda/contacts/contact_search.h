@@ -5,6 +5,7 @@
 #include "cullet/broad/psap/delta_search.h"
 #include "cullet/cuda/contacts/box_step.h"
 #include "cullet/cuda/contacts/merged_pairs.h"
+#include "cullet/cuda/narrow/contact_queries.h"
 #include "cullet/cuda/narrow/pair_queries.h"
 
 #include <algorithm>
@@ -18,14 +19,17 @@ struct ContactInput
 {
     const BodyPose* poses = nullptr;  ///< [bodies], in the executor's memory
     std::uint32_t bodies = 0;
-    float margin = 0.0f;        ///< of boxes; 0 or more
-    float maxDistance = -1.0f;  ///< of distances; negative: none
-    bool isListed = false;      ///< the overlaps are
+    float margin = 0.0f;  ///< of boxes; 0 or more
+    convex::QueryExtras extras;
+    float maxDistance = -1.0f;    ///< of distances
+    float contactMargin = -1.0f;  ///< of contacts
 
     bool isSame(const ContactInput& other) const
     {
         return poses == other.poses && bodies == other.bodies && margin == other.margin &&
-               maxDistance == other.maxDistance && isListed == other.isListed;
+               extras.isMeasured == other.extras.isMeasured && extras.isListed == other.extras.isListed &&
+               extras.isDeep == other.extras.isDeep && extras.hasPoints == other.extras.hasPoints &&
+               maxDistance == other.maxDistance && contactMargin == other.contactMargin;
     }
 };
 
@@ -42,7 +46,7 @@ class ContactSearch
 public:
     /// @param hulls copied to the executor
     ContactSearch(Exec& exec, const HullSet& hulls, const PsapOptions& options)
-        : m_changes(options), m_queries(exec, hulls)
+        : m_changes(options), m_queries(exec, hulls), m_contacts(exec, hulls)
     {
     }
 
@@ -58,7 +62,7 @@ public:
         const std::uint32_t rows = std::max(input.bodies, m_lastBodies);
         const bool hasOldChanges = m_changes.prepare(exec, m_boxes.data(), input.bodies);
         m_pairs.prepare(exec, m_queries, m_count, rows);
-        m_queries.prepare(exec, roomOfPairs(), extras());
+        prepareAnswers(exec);
         m_lastBodies = input.bodies;
         // What is repeated may have other rooms than what was launched before.
         const bool isUsual = !std::exchange(m_isRepeated, false);
@@ -107,13 +111,27 @@ public:
         }
         m_pairs.learn(counts, isFirst);
         m_count = counts.pairs();
+        if (wasComplete)
+            m_overlapping = m_queries.counts().overlapping;
         return wasComplete;
     }
     /// Answers the pairs, with the poses as they are now, and waits.
     void answerAgain(Exec& exec)
     {
-        m_queries.prepare(exec, roomOfPairs(), extras());
+        prepareAnswers(exec);
         answer(exec);
+        exec.wait();
+        m_overlapping = m_queries.counts().overlapping;
+    }
+    /// Finds depths and contacts once more, and waits, where more pairs overlap than there was memory for.
+    ///
+    /// @pre the answers are those of the list
+    void completeContacts(Exec& exec)
+    {
+        if (!m_input.extras.isDeep || m_overlapping <= m_contacts.room())
+            return;
+        prepareAnswers(exec);
+        findContacts(exec);
         exec.wait();
     }
 
@@ -132,6 +150,8 @@ public:
 
     const MergedPairs<Exec>& pairs() const { return m_pairs; }
     const convex::PairQueries<Exec>& queries() const { return m_queries; }
+    /// Depths and contacts.
+    const convex::ContactQueries<Exec>& contacts() const { return m_contacts; }
     const ContactInput& input() const { return m_input; }
     const Aabb* boxes() const { return m_boxes.data(); }
     /// Of the last update that is finished.
@@ -149,8 +169,21 @@ private:
     template <class T>
     using Buffer = typename Exec::template Buffer<T>;
 
+    static constexpr std::uint64_t kFewestContacts = 1024;
+
     std::uint32_t roomOfPairs() const { return static_cast<std::uint32_t>(m_pairs.room()); }
-    convex::QueryExtras extras() const { return {m_input.maxDistance >= 0.0f, m_input.isListed}; }
+
+    void prepareAnswers(Exec& exec)
+    {
+        m_queries.prepare(exec, roomOfPairs(), m_input.extras);
+        if (!m_input.extras.isDeep)
+            return;
+        // Room for a quarter more than there were, so that it grows seldom.
+        const std::uint64_t wanted = std::max<std::uint64_t>(m_overlapping, kFewestContacts);
+        const std::uint64_t room = wanted > m_contacts.room() ? wanted + wanted / 4 : m_contacts.room();
+        m_contacts.prepare(exec, static_cast<std::uint32_t>(std::min<std::uint64_t>(room, roomOfPairs())),
+                           m_input.extras.hasPoints);
+    }
 
     void merge(Exec& exec)
     {
@@ -160,18 +193,36 @@ private:
 
     void answer(Exec& exec)
     {
-        const convex::PairInput input = {m_input.poses, m_input.bodies, m_pairs.pairs(), roomOfPairs()};
+        const convex::PairInput input = pairInput();
         m_queries.launch(exec, input);
-        if (extras().isMeasured)
+        if (m_input.extras.isMeasured)
             m_queries.launchDistances(exec, input, m_input.maxDistance);
-        if (extras().isListed)
+        if (m_input.extras.isListed)
             m_queries.launchList(exec, roomOfPairs());
+        if (m_input.extras.isDeep)
+            findContacts(exec);
+    }
+
+    void findContacts(Exec& exec)
+    {
+        const convex::PairReader reader = m_queries.readerOf(pairInput());
+        const std::uint32_t* const overlaps = m_queries.overlaps();
+        const std::uint32_t* const count = m_queries.overlapCount(roomOfPairs());
+        m_contacts.launchDepths(exec, reader, overlaps, count);
+        if (m_input.extras.hasPoints)
+            m_contacts.launchContacts(exec, reader, overlaps, count, m_input.contactMargin);
+    }
+
+    convex::PairInput pairInput() const
+    {
+        return {m_input.poses, m_input.bodies, m_pairs.pairs(), roomOfPairs()};
     }
 
     void forgetPairs()
     {
         m_pairs.forget();
         m_queries.forget();
+        m_contacts.forget();
         m_input = {};
         m_count = 0;
         m_lastBodies = 0;
@@ -180,7 +231,9 @@ private:
     psap::DeltaSearch<Exec> m_changes;
     MergedPairs<Exec> m_pairs;
     convex::PairQueries<Exec> m_queries;
+    convex::ContactQueries<Exec> m_contacts;
     ContactInput m_input;
+    std::uint32_t m_overlapping = 0;      ///< in the last update whose answers were complete
     std::uint64_t m_count = 0;            ///< pairs of the last update that is finished
     std::uint64_t m_launchedChanges = 0;  ///< room for changes of the last launch
     std::uint32_t m_lastBodies = 0;

@@ -5,6 +5,7 @@
 #include "cullet/cuda/narrow/convex_pairs.h"
 #include "cullet/cuda/narrow/pair_kernels.cuh"
 #include "cullet/cuda/narrow/pair_queries.h"
+#include "cullet/cuda/narrow/query_words.h"
 #include "cullet/cuda/runtime/cuda_device.h"
 #include "cullet/cuda/runtime/graph_launches.cuh"
 
@@ -39,7 +40,7 @@ public:
         }
         const convex::PairInput input = {bodies.poses, bodies.bodies, pairs,
                                          static_cast<std::uint32_t>(count)};
-        const convex::QueryExtras extras = extrasOf(query);
+        const convex::QueryExtras extras = convex::extrasOf(query);
         return psap::guarded(
             m_exec,
             [&]
@@ -63,15 +64,7 @@ public:
 
     DevicePairAnswers ahead() const override
     {
-        return {m_queries.states(),
-                m_queries.axes(),
-                m_extras.isMeasured ? m_queries.distances() : nullptr,
-                m_extras.isListed ? m_queries.overlaps() : nullptr,
-                m_extras.isListed ? m_queries.overlapCount(m_last.count) : nullptr,
-                m_last.count,
-                m_extras.isDeep ? m_contacts.depths() : nullptr,
-                m_extras.hasPoints ? m_contacts.contacts() : nullptr,
-                m_extras.isDeep ? m_contacts.room() : 0};
+        return convex::answersOf(m_queries, m_contacts, m_extras, m_last.count, m_last.count);
     }
 
     Status collect(DevicePairAnswers& answers, ConvexPairCounts& counts) override
@@ -85,7 +78,7 @@ public:
                 if (!m_isPending)
                     return;
                 m_exec.awaitMark();
-                counts = countsOf(m_queries.counts());
+                counts = convex::countsOf(m_queries.counts());
                 if (m_extras.isDeep)
                     completeContacts(counts);
                 answers = ahead();
@@ -127,29 +120,6 @@ private:
         return Queries(exec, hulls);
     }
 
-    static convex::QueryExtras extrasOf(const ConvexQuery& query)
-    {
-        // A NaN asks for none.
-        convex::QueryExtras extras;
-        extras.isMeasured = query.maxDistance >= 0.0f;
-        extras.hasPoints = query.contactMargin >= 0.0f;
-        extras.isDeep = extras.hasPoints || query.measureDepths;
-        extras.isListed = extras.isDeep || query.listOverlaps;
-        return extras;
-    }
-
-    static ConvexPairCounts countsOf(const convex::PairCounts& found)
-    {
-        ConvexPairCounts counts;
-        counts.overlapping = found.overlapping;
-        counts.undecided = found.undecided;
-        counts.invalid = found.invalid;
-        counts.failed = found.failed;
-        counts.remembered = found.remembered;
-        counts.doubtful = found.doubtful;
-        return counts;
-    }
-
     /// Launches depths and contacts of the last query.
     ///
     /// @param expected pairs that overlap
@@ -174,9 +144,7 @@ private:
             m_exec.mark();
             m_exec.awaitMark();
         }
-        counts.largeDepths = m_contacts.counts().large;
-        counts.examinedDepths = m_contacts.counts().examined;
-        counts.unprovedDepths = m_contacts.counts().unproved;
+        convex::addDepthCounts(m_contacts.counts(), counts);
     }
 
     /// Launches a query; from the second one with the same addresses on by one call.

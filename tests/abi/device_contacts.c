@@ -10,6 +10,7 @@
 #include <cullet/cullet.h>
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 enum
 {
@@ -86,11 +87,23 @@ static double distanceOf(int a, int b)
     return result.distance;
 }
 
+static double penetrationOf(int a, int b)
+{
+    const cullet_pose poseA = poseOf(a), poseB = poseOf(b);
+    cullet_hull_result result = {0};
+    result.size = sizeof(result);
+    CHECK(cullet_hull_penetration(hulls[poses[a].hull], &poseA, hulls[poses[b].hull], &poseB, NULL,
+                                  &result) == CULLET_OK);
+    return -result.distance;
+}
+
 /* The answers of one frame, on the CPU. */
 static cullet_pair pairs[kBodies * kBodies];
 static uint8_t states[kBodies * kBodies];
 static float distances[kBodies * kBodies][8];
 static uint32_t overlaps[kBodies * kBodies];
+static float depths[kBodies * kBodies][8];
+static float patches[kBodies * kBodies][20];
 
 static void download(const cullet_contacts* found)
 {
@@ -101,6 +114,10 @@ static void download(const cullet_contacts* found)
     CHECK(cudaMemcpy(distances, found->distances, count * sizeof(distances[0]), cudaMemcpyDeviceToHost) ==
           cudaSuccess);
     CHECK(cudaMemcpy(overlaps, found->overlaps, found->overlapping * sizeof(overlaps[0]),
+                     cudaMemcpyDeviceToHost) == cudaSuccess);
+    CHECK(cudaMemcpy(depths, found->depths, found->overlapping * sizeof(depths[0]), cudaMemcpyDeviceToHost) ==
+          cudaSuccess);
+    CHECK(cudaMemcpy(patches, found->contacts, found->overlapping * sizeof(patches[0]),
                      cudaMemcpyDeviceToHost) == cudaSuccess);
 }
 
@@ -130,7 +147,14 @@ static void checkAnswers(const cullet_contacts* found)
                   fabs(distance) < 1e-5);
             CHECK(fabs(distances[next][3] - fmax(distance, 0)) < 1e-5);
             if (states[next] == CULLET_PAIR_OVERLAPPING)
-                CHECK(overlapping < found->overlapping && overlaps[overlapping++] == next);
+            {
+                uint32_t points = 0;
+                CHECK(overlapping < found->overlapping && overlaps[overlapping] == next);
+                CHECK(fabs(depths[overlapping][3] - penetrationOf((int)a, (int)b)) < 1e-4);
+                memcpy(&points, &patches[overlapping][3], sizeof(points));
+                CHECK(points >= 1 && points <= 4 && patches[overlapping][7] == depths[overlapping][3]);
+                ++overlapping;
+            }
             ++next;
         }
     }
@@ -142,7 +166,7 @@ static void checkAnswers(const cullet_contacts* found)
 static void testFrames(void)
 {
     cullet_contact_finder* finder = NULL;
-    cullet_contact_query query = {sizeof(query), 1, 0.05f, INFINITY};
+    cullet_contact_query query = {sizeof(query), CULLET_TOUCHING_CONTACTS, 0.05f, INFINITY, 0.01f, 0};
     CHECK(cullet_contact_finder_create((const cullet_hull* const*)hulls, kHulls, NULL, &finder) == CULLET_OK);
     uint64_t last = 0;
     for (int frame = 0; frame < 3; ++frame)
@@ -170,7 +194,7 @@ static void testFrames(void)
 static void testBadCalls(void)
 {
     cullet_contact_finder* finder = NULL;
-    cullet_contact_query query = {sizeof(query), 2, 0, 0};
+    cullet_contact_query query = {sizeof(query), 4, 0, 0, 0, 0};
     cullet_contacts contacts = {0};
     contacts.size = sizeof(contacts);
     CHECK(cullet_contact_finder_create((const cullet_hull* const*)hulls, kHulls, NULL, &finder) == CULLET_OK);
@@ -180,7 +204,13 @@ static void testBadCalls(void)
     CHECK(cullet_contact_finder_enqueue(NULL, devicePoses, 1, NULL) == CULLET_ERROR_NULL);
     CHECK(cullet_contact_finder_enqueue(finder, devicePoses, 1u << 31, NULL) == CULLET_ERROR_ARGUMENT);
     CHECK(cullet_contact_finder_enqueue(finder, devicePoses, 1, &query) == CULLET_ERROR_ARGUMENT);
-    query.list_overlaps = 0;
+    query.touching = CULLET_TOUCHING_CONTACTS;
+    query.contact_margin = -1;
+    CHECK(cullet_contact_finder_enqueue(finder, devicePoses, 1, &query) == CULLET_ERROR_ARGUMENT);
+    query.contact_margin = 0;
+    query.reserved = 1;
+    CHECK(cullet_contact_finder_enqueue(finder, devicePoses, 1, &query) == CULLET_ERROR_ARGUMENT);
+    query.reserved = 0;
     query.margin = -1;
     CHECK(cullet_contact_finder_enqueue(finder, devicePoses, 1, &query) == CULLET_ERROR_ARGUMENT);
     query.margin = INFINITY;
@@ -193,7 +223,7 @@ static void testBadCalls(void)
     CHECK(cullet_contact_finder_enqueue(finder, NULL, 0, NULL) == CULLET_OK);
     CHECK(cullet_contact_finder_collect(finder, NULL) == CULLET_ERROR_NULL);
     CHECK(cullet_contact_finder_collect(finder, &contacts) == CULLET_OK && contacts.count == 0);
-    CHECK(contacts.distances == NULL && contacts.overlaps == NULL);
+    CHECK(contacts.distances == NULL && contacts.overlaps == NULL && contacts.depths == NULL);
     CHECK(cullet_contact_finder_ahead(finder, &contacts) == CULLET_ERROR_ARGUMENT);
     CHECK(cullet_contact_finder_forget(NULL) == CULLET_ERROR_NULL);
     CHECK(cullet_contact_finder_forget(finder) == CULLET_OK);

@@ -6,6 +6,7 @@
 #include "cullet/tests/cuda/support/convex_check.h"
 #include "cullet/tests/cuda/support/crowd_scene.h"
 #include "cullet/tests/cuda/support/host_contacts.h"
+#include "cullet/tests/cuda/support/host_pairs.h"
 
 #include <gtest/gtest.h>
 
@@ -100,6 +101,29 @@ TEST_P(ContactSearches, GiveSameBitsInAnyOrder)
     }
     EXPECT_GT(shuffled.followed(), 1);
     EXPECT_GT(shuffled.repeats(), 1);
+}
+
+TEST_P(ContactSearches, HaveContactsOfConvexPairs)
+{
+    const unsigned seed = 74;
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    // More pairs overlap than there is room for at first.
+    CrowdScene scene(GetParam(), 1600, seed, 0.8);
+    HostContacts contacts(scene.set, contactOptions(PsapExecutor::Shuffled, seed));
+    for (int frame = 0; frame < 3; ++frame)
+    {
+        const FoundContacts found = contacts.query(scene.poses, 0.0f, -1.0f, 0.02f);
+        scene.pairs = found.pairs;
+        HostPairs pairs(scene.set, PsapExecutor::Shuffled, seed);
+        const ConvexAnswers expected =
+            pairs.contacts(scene, 0.02f, static_cast<std::uint32_t>(found.pairs.size()));
+        EXPECT_GT(expected.overlaps.size(), 1500u);
+        ConvexAnswers answers = found.answers;
+        // What is remembered are axes.
+        answers.axes = expected.axes;
+        EXPECT_TRUE(haveSameBits(answers, expected));
+        scene.move(0.05);
+    }
 }
 
 TEST_P(ContactSearches, RememberPairsWhileOthersComeAndGo)

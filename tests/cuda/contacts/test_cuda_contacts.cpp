@@ -37,12 +37,14 @@ TEST_P(CudaContactFinders, HaveBitsOfCpuExecutorInEveryFrame)
     for (int frame = 0; frame < 24; ++frame)
     {
         SCOPED_TRACE("frame " + std::to_string(frame));
-        // Frames alike are launched from a graph; distances come in the second half.
-        const ContactQuery query = contactQuery(0.01f, frame < 12 ? -1.0f : 0.02f);
+        // Frames alike are launched from a graph; distances come after a third of them, contacts at last.
+        const ContactQuery query =
+            contactQuery(0.01f, frame / 8 == 1 ? 0.02f : -1.0f, frame / 8 == 2 ? 0.02f : -1.0f);
         FoundContacts found, repeated;
         ASSERT_EQ(device.query(scene.poses, query, found), Status::Ok);
         ASSERT_EQ(again.query(scene.poses, query, repeated), Status::Ok);
-        const FoundContacts expected = host.query(scene.poses, query.margin, query.pairs.maxDistance);
+        const FoundContacts expected =
+            host.query(scene.poses, query.margin, query.pairs.maxDistance, query.pairs.contactMargin);
         EXPECT_TRUE(haveSameBits(found, expected));
         EXPECT_TRUE(haveSameBits(found, repeated));
         EXPECT_EQ(found.counts.failed, expected.counts.failed);
@@ -134,7 +136,9 @@ std::uint64_t failEveryCallOfContacts(FaultInjection fault)
                             plan.begin();
                             for (std::size_t frame = 0; frame < frames.size(); ++frame)
                             {
-                                const ContactQuery query = contactQuery(0.0f, -1.0f);
+                                // The last frame with contacts.
+                                const ContactQuery query =
+                                    contactQuery(0.0f, -1.0f, frame + 1 < frames.size() ? -1.0f : 0.01f);
                                 FoundContacts found;
                                 Status status = device.query(frames[frame], query, found);
                                 if (status != Status::Ok)

@@ -50,10 +50,13 @@ public:
         const DevicePairAnswers& answers = contacts.answers;
         const auto downloadedIf = [](const auto* from, std::uint64_t count)
         { return downloaded(from, from != nullptr ? count : 0); };
+        const std::uint64_t overlapping = counts.pairs.overlapping;
+        EXPECT_TRUE(answers.depths == nullptr || answers.room >= overlapping);
         found.pairs = downloaded(contacts.pairs, answers.count);
-        found.answers = {downloaded(answers.states, answers.count), downloaded(answers.axes, answers.count),
-                         downloadedIf(answers.distances, answers.count),
-                         downloadedIf(answers.overlaps, counts.pairs.overlapping)};
+        found.answers = {
+            downloaded(answers.states, answers.count),      downloaded(answers.axes, answers.count),
+            downloadedIf(answers.distances, answers.count), downloadedIf(answers.overlaps, overlapping),
+            downloadedIf(answers.depths, overlapping),      downloadedIf(answers.contacts, overlapping)};
         found.changes = counts.changes;
         found.counts.overlapping = counts.pairs.overlapping;
         found.counts.invalid = counts.pairs.invalid;
@@ -77,12 +80,13 @@ private:
     DeviceArray<BodyPose> m_poses;
 };
 
-inline ContactQuery contactQuery(float margin, float maxDistance)
+inline ContactQuery contactQuery(float margin, float maxDistance, float contactMargin = -1.0f)
 {
     ContactQuery query;
     query.margin = margin;
     query.pairs.maxDistance = maxDistance;
     query.pairs.listOverlaps = true;
+    query.pairs.contactMargin = contactMargin;
     return query;
 }
 }  // namespace cullet::test

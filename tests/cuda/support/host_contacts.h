@@ -39,12 +39,18 @@ public:
     {
     }
 
-    /// @param maxDistance of distances; negative: none
-    FoundContacts query(const std::vector<BodyPose>& poses, float margin = 0.0f, float maxDistance = -1.0f)
+    /// @param maxDistance   of distances; negative: none
+    /// @param contactMargin of contacts; negative: none
+    FoundContacts query(const std::vector<BodyPose>& poses, float margin = 0.0f, float maxDistance = -1.0f,
+                        float contactMargin = -1.0f)
     {
         m_poses = poses;
-        m_search.prepare(
-            m_exec, {m_poses.data(), static_cast<std::uint32_t>(m_poses.size()), margin, maxDistance, true});
+        convex::QueryExtras extras;
+        extras.isMeasured = maxDistance >= 0.0f;
+        extras.isListed = true;
+        extras.isDeep = extras.hasPoints = contactMargin >= 0.0f;
+        m_search.prepare(m_exec, {m_poses.data(), static_cast<std::uint32_t>(m_poses.size()), margin, extras,
+                                  maxDistance, contactMargin});
         m_search.launch(m_exec);
         m_search.advanceNextPlan(m_exec);
         m_followed += m_search.mode() == psap::NeighbourMode::Follow;
@@ -53,6 +59,7 @@ public:
             ++m_repeats;
             m_search.answerAgain(m_exec);
         }
+        m_search.completeContacts(m_exec);
         return found();
     }
     void forget() { m_search.forget(); }
@@ -72,11 +79,19 @@ private:
         contacts.pairs.assign(m_search.pairs().pairs(), m_search.pairs().pairs() + count);
         contacts.answers.states.assign(queries.states(), queries.states() + count);
         contacts.answers.axes.assign(queries.axes(), queries.axes() + count);
-        if (m_search.input().maxDistance >= 0.0f)
+        if (m_search.input().extras.isMeasured)
             contacts.answers.distances.assign(queries.distances(), queries.distances() + count);
         const auto room = static_cast<std::uint32_t>(m_search.pairs().room());
         contacts.answers.overlaps.assign(queries.overlaps(),
                                          queries.overlaps() + *queries.overlapCount(room));
+        if (m_search.input().extras.isDeep)
+        {
+            const auto& deep = m_search.contacts();
+            const std::size_t overlapping = contacts.answers.overlaps.size();
+            EXPECT_LE(overlapping, deep.room());
+            contacts.answers.depths.assign(deep.depths(), deep.depths() + overlapping);
+            contacts.answers.contacts.assign(deep.contacts(), deep.contacts() + overlapping);
+        }
         contacts.counts = m_search.counts();
         contacts.changes = m_search.changes();
         return contacts;
