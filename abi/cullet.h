@@ -45,7 +45,7 @@
 
 /** Incremented when functions or members are added. A program runs with every library whose cullet_abi_version() is not
  *  lower than this; a change that breaks programs gives the library another file name (its SOVERSION). */
-#define CULLET_ABI_VERSION 4
+#define CULLET_ABI_VERSION 5
 
 typedef int32_t cullet_status;
 
@@ -184,6 +184,9 @@ typedef struct cullet_isa_gjk_options
     double reuse_distance;
     /** Angle in radians that it may turn until then, up to 1; 0: 0.035 */
     double reuse_angle;
+    /** Compound shapes. 0: cullet finds the children that may touch; 1: Bullet's loops over children */
+    int32_t stock_compounds;
+    int32_t reserved; /**< 0 */
 } cullet_isa_gjk_options;
 
 typedef struct cullet_isa_gjk_stats
