@@ -113,8 +113,8 @@ private:
     /// What a compound was found to be.
     struct CompoundEntry
     {
-        const btCompoundShape* shape = nullptr;
-        bool isKnown = false;
+        const btCompoundShape* shape;  ///< null: none
+        bool isKnown;
     };
 
     const btDispatcher& m_dispatcher;
