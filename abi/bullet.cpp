@@ -93,6 +93,7 @@ IsaGjkOptions toOptions(const cullet_isa_gjk_options& requested)
     options.boxPairs = static_cast<BoxPairs>(requested.box_box);
     options.checkPoints = requested.constant_points == 0;
     options.meshes = requested.stock_meshes == 0;
+    options.compounds = requested.stock_compounds == 0;
     options.activeEdges = requested.active_edges != 0;
     if (requested.patch_points != 0)
         options.patchPoints = requested.patch_points;

@@ -184,6 +184,9 @@ typedef struct cullet_isa_gjk_options
     double reuse_distance;
     /** Angle in radians that it may turn until then, up to 1; 0: 0.035 */
     double reuse_angle;
+    /** Compound shapes. 0: cullet finds the children that may touch; 1: Bullet's loops over children */
+    int32_t stock_compounds;
+    int32_t reserved; /**< 0 */
 } cullet_isa_gjk_options;
 
 typedef struct cullet_isa_gjk_stats

@@ -6,6 +6,7 @@
 #include "cullet/broad/log.h"
 #include "cullet/plugin/core/dynamic_type.h"
 #include "cullet/plugin/solver/group_solver.h"
+#include "cullet/plugin/solver/soft_settings.h"
 #include "cullet/plugin/solver/solver_tasks.h"
 #include "cullet/plugin/step/bullet_joints.h"
 #include "cullet/plugin/step/worker_solver.h"
@@ -15,6 +16,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <new>
 #include <vector>
 
@@ -99,6 +101,7 @@ struct SolverWithoutState::Parts
 
     SolverRefusal refusalOf(const SolverGroup& group, const btContactSolverInfo& info);
     SolverRefusal refusalOfStep(const btContactSolverInfo& info);
+    void warnOfSettings(const btContactSolverInfo& info);
     void solve(const SolverGroup& group, const btContactSolverInfo& info, btIDebugDraw* debugDrawer,
                btDispatcher* dispatcher);
     void solveByBullet(SolverRefusal refusal, const SolverGroup& group, const btContactSolverInfo& info,
@@ -120,7 +123,7 @@ struct SolverWithoutState::Parts
     std::vector<unsigned> sharedTasks;
     std::vector<GroupReport> reports;  ///< [group] of shared tasks
     SolverStats stats;
-    bool hasThreads = false, hasWarned = false;
+    bool hasThreads = false, hasWarnedOfRefusal = false, hasWarnedOfSettings = false;
 };
 
 Solver::Solver(const SolverOptions& options) : m(makeParts(*this, options)) {}
@@ -167,6 +170,7 @@ btScalar SolverWithoutState::solveGroup(btCollisionObject** bodies, int bodyCoun
     BT_PROFILE("solveGroup");
     Parts& own = parts();
     own.stats = {};
+    own.warnOfSettings(info);
     own.solve({bodies, bodyCount, manifolds, manifoldCount, joints, jointCount}, info, debugDrawer,
               dispatcher);
     return 0;
@@ -241,14 +245,27 @@ SolverRefusal SolverWithoutState::Parts::refusalOfStep(const btContactSolverInfo
     return WorkerSolver::hasBulletsRows(owner, info) ? SolverRefusal::No : SolverRefusal::ForeignRows;
 }
 
+void SolverWithoutState::Parts::warnOfSettings(const btContactSolverInfo& info)
+{
+    if (options.model != SolverModel::Soft || hasWarnedOfSettings)
+        return;
+    const char* const setting = settingWithoutEffectOnSoft(info);
+    if (setting == nullptr)
+        return;
+    hasWarnedOfSettings = true;
+    char text[96];
+    std::snprintf(text, sizeof(text), "Solver: %s has no effect with SolverModel::Soft", setting);
+    log(LogLevel::Warning, text);
+}
+
 void SolverWithoutState::Parts::solveByBullet(SolverRefusal refusal, const SolverGroup& group,
                                               const btContactSolverInfo& info, btIDebugDraw* debugDrawer,
                                               btDispatcher* dispatcher)
 {
     const bool isSetting = refusal == SolverRefusal::RandomOrder || refusal == SolverRefusal::ForeignRows;
-    if (isSetting && !hasWarned)
+    if (isSetting && !hasWarnedOfRefusal)
         log(LogLevel::Warning, warningOf(refusal));
-    hasWarned = hasWarned || isSetting;
+    hasWarnedOfRefusal = hasWarnedOfRefusal || isSetting;
     ++stats.groups;
     ++stats.refusedGroups;
     stats.refusal = refusal;
@@ -311,6 +328,7 @@ void SolverWithoutState::solveTasks(const SolverTasks& what)
 {
     Parts& own = parts();
     own.stats = {};
+    own.warnOfSettings(what.info);
     std::vector<unsigned>& shared = own.sharedTasks;
     shared.clear();
     own.reports.clear();

@@ -79,12 +79,13 @@ protected:
 ///
 /// Rows are those of btSequentialImpulseConstraintSolver 3.24, and so are their parameters in btContactSolverInfo, flags of
 /// points and bodies, feedback and breaking of joints, and impulses of points. What differs: the order of the rows, that an
-/// iteration goes over the points of a manifold twice, and that SOLVER_INTERLEAVE_CONTACT_AND_FRICTION_CONSTRAINTS has no
-/// effect: friction comes after all normals. Groups that SolverRefusal names are left to Bullet's solver.
+/// iteration goes over the points of a manifold twice, and that SOLVER_INTERLEAVE_CONTACT_AND_FRICTION_CONSTRAINTS puts
+/// friction after the normals of a manifold, not of a point. Groups that SolverRefusal names are left to Bullet's solver.
 ///
 /// SolverModel::Soft solves contacts as springs in substeps, with two directions of friction, and then takes the velocity
-/// away that overlap caused (Catto, "Solver2D", 2024). m_erp2, m_sor, split impulse and the warm-starting factor do not
-/// concern it. Contacts with a stiffness, damping, softness or anchor of their own are solved as with SolverModel::Bullet,
+/// away that overlap caused (Catto, "Solver2D", 2024). m_erp2, m_globalCfm of contacts, m_sor, split impulse, the
+/// warm-starting factor and the threshold of the residual do not concern it: a world that sets one of them is told so in
+/// one warning. Contacts with a stiffness, damping, softness or anchor of their own are solved as with SolverModel::Bullet,
 /// together with the rest of their group.
 ///
 /// Threads: one step of one world at a time, as with Bullet's solver. Joints of Bullet's classes may be called on any thread.

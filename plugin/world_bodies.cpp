@@ -39,11 +39,6 @@ void prefetchWhole(const void* body)
     prefetchBytes(body, 0, sizeof(btRigidBody) / 64 * 64);
 }
 
-bool areFew(const WorldBodies::Bodies& bodies)
-{
-    return bodies.size() <= WorldBodies::fewBodies;
-}
-
 /// @return whether a motion state was called
 bool saveIfKinematic(btCollisionObject& object, btScalar timeStep)
 {
@@ -186,10 +181,8 @@ bool WorldBodies::saveKinematicState(btCollisionObjectArray& objects, btScalar t
     return hasCalled;
 }
 
-bool WorldBodies::applyGravity(Bodies& bodies)
+bool WorldBodies::applyGravityToMany(Bodies& bodies)
 {
-    if (areFew(bodies))
-        return false;
     m->forEach(bodies, kCostOfForce, prefetchForces,
                [](btRigidBody* body)
                {
@@ -199,18 +192,14 @@ bool WorldBodies::applyGravity(Bodies& bodies)
     return true;
 }
 
-bool WorldBodies::clearForces(Bodies& bodies)
+bool WorldBodies::clearForcesOfMany(Bodies& bodies)
 {
-    if (areFew(bodies))
-        return false;
     m->forEach(bodies, kCostOfForce, prefetchForces, [](btRigidBody* body) { body->clearForces(); });
     return true;
 }
 
-bool WorldBodies::predictMotion(Bodies& bodies, btScalar timeStep)
+bool WorldBodies::predictMotionOfMany(Bodies& bodies, btScalar timeStep)
 {
-    if (areFew(bodies))
-        return false;
     BT_PROFILE("predictUnconstraintMotion");
     m->forEach(bodies, kCostOfPrediction, prefetchWhole,
                [timeStep](btRigidBody* body)
@@ -251,10 +240,8 @@ void WorldBodies::sweep(Bodies& bodies, const RangeFunction& sweep)
     }
 }
 
-bool WorldBodies::integrate(Bodies& bodies, const RangeFunction& integrate)
+bool WorldBodies::integrateMany(Bodies& bodies, const RangeFunction& integrate)
 {
-    if (areFew(bodies))
-        return false;
     BT_PROFILE("integrateTransforms");
     if (m->hasThreshold(bodies))
     {
@@ -267,10 +254,8 @@ bool WorldBodies::integrate(Bodies& bodies, const RangeFunction& integrate)
     return true;
 }
 
-bool WorldBodies::updateActivation(Bodies& bodies, btScalar timeStep)
+bool WorldBodies::updateActivationOfMany(Bodies& bodies, btScalar timeStep)
 {
-    if (areFew(bodies))
-        return false;
     if (splitImpulseRowOfBullet(false) == nullptr)
         return false;
     BT_PROFILE("updateActivationState");

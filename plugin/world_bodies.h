@@ -61,7 +61,8 @@ public:
     void setThreads(int threads);
 
     /// With as many bodies at most, the functions that return a bool do nothing: those of the world are as fast, and have
-    /// the same bits. Tests lower it for the whole program, between steps.
+    /// the same bits. WorldIslands compares the objects of the world with it. Tests lower it for the whole program, between
+    /// steps.
     static inline int fewBodies = 256;
 
     /// As btDiscreteDynamicsWorld::saveKinematicState(), on the calling thread.
@@ -73,17 +74,20 @@ public:
     /// As btDiscreteDynamicsWorld::applyGravity().
     ///
     /// @return false, with nothing changed: the world's own function must run
-    bool applyGravity(Bodies& bodies);
+    bool applyGravity(Bodies& bodies) { return !areFew(bodies) && applyGravityToMany(bodies); }
 
     /// As btDiscreteDynamicsWorld::clearForces().
     ///
     /// @return as applyGravity()
-    bool clearForces(Bodies& bodies);
+    bool clearForces(Bodies& bodies) { return !areFew(bodies) && clearForcesOfMany(bodies); }
 
     /// As btDiscreteDynamicsWorld::predictUnconstraintMotion().
     ///
     /// @return as applyGravity()
-    bool predictMotion(Bodies& bodies, btScalar timeStep);
+    bool predictMotion(Bodies& bodies, btScalar timeStep)
+    {
+        return !areFew(bodies) && predictMotionOfMany(bodies, timeStep);
+    }
 
     /// As btDiscreteDynamicsWorld::createPredictiveContactsInternal() for all bodies. Bullet predicts the transform of
     /// each body and uses it for those with a CCD threshold only; here those alone are predicted.
@@ -96,17 +100,30 @@ public:
     /// @param integrate Bullet's function; called once for all bodies if one of them has a CCD threshold, since a sweep
     ///                  sees the bodies before it integrated and those after it not
     /// @return as applyGravity()
-    bool integrate(Bodies& bodies, const RangeFunction& integrate);
+    bool integrate(Bodies& bodies, const RangeFunction& integrate)
+    {
+        return !areFew(bodies) && integrateMany(bodies, integrate);
+    }
 
     /// As btDiscreteDynamicsWorld::updateActivationState().
     ///
     /// @return as applyGravity(); false, too, where Bullet's library may round otherwise
-    bool updateActivation(Bodies& bodies, btScalar timeStep);
+    bool updateActivation(Bodies& bodies, btScalar timeStep)
+    {
+        return !areFew(bodies) && updateActivationOfMany(bodies, timeStep);
+    }
 
     const WorldBodiesStats& stats() const;
 
 private:
     struct Parts;
+
+    static bool areFew(const Bodies& bodies) { return bodies.size() <= fewBodies; }
+    bool applyGravityToMany(Bodies& bodies);
+    bool clearForcesOfMany(Bodies& bodies);
+    bool predictMotionOfMany(Bodies& bodies, btScalar timeStep);
+    bool integrateMany(Bodies& bodies, const RangeFunction& integrate);
+    bool updateActivationOfMany(Bodies& bodies, btScalar timeStep);
 
     std::unique_ptr<Parts> m;
 };

@@ -13,6 +13,7 @@
 #include "cullet/plugin/step/island_tasks.h"
 #include "cullet/plugin/step/split_impulse_row.h"
 #include "cullet/plugin/step/worker_solver.h"
+#include "cullet/plugin/world_bodies.h"
 
 #include <BulletCollision/CollisionDispatch/btCollisionWorld.h>
 #include <BulletCollision/CollisionDispatch/btSimulationIslandManager.h>
@@ -89,6 +90,15 @@ bool isLittleWork(const WorldIslands::Step& step)
                                step.info.m_numIterations) < 2 * ParallelLoops::workPerThread;
 }
 
+/// Joints that Bullet's loop compares with each island.
+constexpr int kFewJoints = 64;
+
+/// Whether the functions of the world itself are as fast.
+bool areFew(const btCollisionWorld& world, const WorldIslands::Joints& joints)
+{
+    return world.getNumCollisionObjects() <= WorldBodies::fewBodies && joints.size() <= kFewJoints;
+}
+
 bool hasForeignRounding(const btContactSolverInfo& info)
 {
     return info.m_splitImpulse && splitImpulseRowOfBullet((info.m_solverMode & SOLVER_SIMD) != 0) == nullptr;
@@ -119,6 +129,8 @@ bool WorldIslands::find(btCollisionWorld& world, btSimulationIslandManager& mana
                         const btAlignedObjectArray<btPersistentManifold*>& predictive, const Joints& joints,
                         const Array<int>* restless)
 {
+    if (areFew(world, joints))
+        return false;
     try
     {
         m->search.reserve(restless != nullptr ? restless->size()
@@ -140,6 +152,12 @@ bool WorldIslands::solve(const Step& step)
 bool WorldIslands::Parts::solve(const Step& step)
 {
     stats = {};
+    if (areFew(step.world, step.joints) && isLittleWork(step) &&
+        isExactly<btSequentialImpulseConstraintSolver>(step.solver))
+    {
+        stats.serial = SerialIslands::FewBodies;
+        return false;
+    }
     stats.serial = reasonAgainst(step);
     if (stats.serial == SerialIslands::NotSplit)
         return false;

@@ -28,6 +28,7 @@ enum class SerialIslands : std::uint8_t
 {
     No,          ///< several threads solved them
     FewThreads,  ///< one thread is allowed
+    FewBodies,  ///< Base solved the islands: few objects and joints (WorldBodies::fewBodies), and little work
     LittleWork,  ///< too little work for a second thread, or nearly all of it in one task
     NotSplit,    ///< setSplitIslands(false): Base solves all bodies together
     OwnSolver,   ///< they did not: a cullet::Solver divides the work among threads of its own (SolverStats)
@@ -44,7 +45,8 @@ enum class SerialIslands : std::uint8_t
 struct WorldIslandsStats
 {
     SerialIslands serial = SerialIslands::FewThreads;
-    std::uint32_t groups = 0;  ///< calls of the solver, each with an island or with several small ones
+    /// Calls of the solver, each with an island or with several small ones; 0 if Base solved the islands.
+    std::uint32_t groups = 0;
     std::uint32_t tasks = 0;  ///< parts of the work that ran at the same time; 0 if the calling thread did it
     std::uint32_t sharingGroups =
         0;  ///< groups that shared a kinematic body, say, and so were in one task with others
@@ -87,7 +89,7 @@ public:
     ///
     /// @param predictive contacts of bodies with a CCD threshold
     /// @param restless indices of the objects that are not at rest (WorldRest); null: any may be
-    /// @return false, with nothing changed: no memory, so that the world's own function must run
+    /// @return false, with nothing changed: no memory, or so few objects that the world's own function is as fast
     bool find(btCollisionWorld& world, btSimulationIslandManager& manager,
               const btAlignedObjectArray<btPersistentManifold*>& predictive, const Joints& joints,
               const Array<int>* restless);

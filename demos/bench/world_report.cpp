@@ -39,9 +39,12 @@ Json makeRow(const WorldOptions& options, const WorldRunner& runner, std::size_t
             {"contact_pairs", state.contactPairs},
             {"steps", state.steps.size()},
             {"parts", runner.parts->name},
-            {"depth_mean_mm", kMillimetres * state.quality.meanDepth},
-            {"depth_p99_mm", kMillimetres * state.quality.p99Depth},
-            {"depth_max_mm", kMillimetres * state.quality.maxDepth},
+            {"depth_mean_mm", kMillimetres * state.quality.points.mean},
+            {"depth_p99_mm", kMillimetres * state.quality.points.p99},
+            {"depth_max_mm", kMillimetres * state.quality.points.max},
+            {"overlap_mean_mm", kMillimetres * state.quality.pairs.mean},
+            {"overlap_p99_mm", kMillimetres * state.quality.pairs.p99},
+            {"overlap_max_mm", kMillimetres * state.quality.pairs.max},
             {"energy_j", state.quality.energy},
             {"sleepers", state.quality.sleepers},
             {"steps_to_sleep", state.stepsToSleep},
@@ -68,8 +71,8 @@ void printWorld(const WorldRunner& runner, const WindowSample& state, const std:
     for (std::size_t phase = 0; phase < kPhaseCount; ++phase)
         std::printf(" %9.3f", summarise(samples[phase].milliseconds).median);
     std::printf(" |%8llu %8llu %8.2f %8.1f %9.1e %8llu  %s\n", static_cast<unsigned long long>(state.pairs),
-                static_cast<unsigned long long>(state.contactPairs), kMillimetres * state.quality.meanDepth,
-                kMillimetres * state.quality.maxDepth, state.quality.energy,
+                static_cast<unsigned long long>(state.contactPairs), kMillimetres * state.quality.pairs.mean,
+                kMillimetres * state.quality.pairs.max, state.quality.energy,
                 static_cast<unsigned long long>(state.quality.sleepers), toHex(state.stateHash).c_str());
 }
 }  // namespace

@@ -37,6 +37,11 @@ public:
     const Vector (&distances() const)[kGroups] { return m_distances; }
     /// Lanes of a comparison: the corner is there.
     const Vector (&areThere() const)[kGroups] { return m_areThere; }
+    /// Bit i: corner i is there.
+    unsigned there() const
+    {
+        return m_areThere[0].bits() | m_areThere[1].bits() << 4 | m_areThere[2].bits() << 8;
+    }
     /// Bit i: corner i is a corner of the other face.
     unsigned whole() const { return m_whole; }
     /// A thousandth of the smaller face's size. Corners that are closer are one.

@@ -172,6 +172,39 @@ private:
     int m_count = 1;
 };
 
+/// One corner.
+template <class Vector>
+void patchOf(const BoxCorners<Vector>& corners, int corner, BoxPatch<Vector>& patch)
+{
+    const int group = corner / 4, lane = corner % 4;
+    patch = {1, Vector(corners.x()[group][lane]), Vector(corners.y()[group][lane]),
+             Vector(corners.distances()[group][lane])};
+}
+
+/// What BoxSelection selects of two corners, of which the second has the larger index.
+template <class Vector>
+void patchOfTwo(const BoxCorners<Vector>& corners, int first, int second, BoxPatch<Vector>& patch)
+{
+    using S = typename Vector::Scalar;
+    const auto of = [](const Vector(&from)[BoxCorners<Vector>::kGroups], int corner)
+    { return from[corner / 4][corner % 4]; };
+    const S x[2] = {of(corners.x(), first), of(corners.x(), second)};
+    const S y[2] = {of(corners.y(), first), of(corners.y(), second)};
+    const S distances[2] = {of(corners.distances(), first), of(corners.distances(), second)};
+    const S toX = x[1] - x[0], toY = y[1] - y[0];
+    const S depth = std::max(-distances[0], -distances[1]), limit = depth - depth / 8;
+    const bool areDeep[2] = {-distances[0] >= limit, -distances[1] >= limit};
+    const bool areWhole[2] = {(corners.whole() >> first & 1) != 0, (corners.whole() >> second & 1) != 0};
+    const bool isWholeDeep = (areDeep[0] && areWhole[0]) || (areDeep[1] && areWhole[1]);
+    const auto mayBeFirst = [&](int i) { return areDeep[i] && (areWhole[i] || !isWholeDeep); };
+    const bool areApart = toX * toX + toY * toY > corners.apart() * corners.apart();
+    const int begin = areApart ? !mayBeFirst(0) : distances[1] < distances[0];
+    const int end = areApart ? 1 - begin : begin;
+    patch = {areApart ? 2 : 1, Vector(x[begin], x[end], x[begin], x[begin]),
+             Vector(y[begin], y[end], y[begin], y[begin]),
+             Vector(distances[begin], distances[end], distances[begin], distances[begin])};
+}
+
 /// The deepest corner of a contact and up to three around it, none closer to another one than BoxCorners::apart().
 ///
 /// @param depth of the boxes along the normal; that of the only point where rounding leaves no corner
@@ -186,6 +219,12 @@ void makeBoxPatch(const BoxFaces<Vector>& faces, typename Vector::Scalar depth, 
     }
     if (!corners.findAll())
         corners.takeDeepest(depth);
+    // Of many contacts, a third have one corner, and a quarter two.
+    const unsigned there = corners.there(), others = there & (there - 1);
+    if (others == 0)
+        return patchOf(corners, __builtin_ctz(there), patch);
+    if ((others & (others - 1)) == 0)
+        return patchOfTwo(corners, __builtin_ctz(there), __builtin_ctz(others), patch);
     BoxSelection<Vector>(corners).write(patch);
 }
 }  // namespace cullet

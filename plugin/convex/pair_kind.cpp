@@ -244,8 +244,10 @@ bool PairKinds::isKnownPart(const btCollisionShape& shape)
 
 bool PairKinds::isKnownCompound(const btCompoundShape& compound)
 {
+    if (!m_compounds)
+        m_compounds.emplace();
     const auto address = reinterpret_cast<std::uintptr_t>(&compound);
-    CompoundEntry& entry = m_compounds[address * std::uint64_t(0x9e3779b97f4a7c15) >> 58];
+    CompoundEntry& entry = (*m_compounds)[address * std::uint64_t(0x9e3779b97f4a7c15) >> 58];
     if (entry.shape == &compound)
         return entry.isKnown;
     bool isKnown = true;

@@ -11,6 +11,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 
 namespace cullet
 {
@@ -112,8 +113,8 @@ private:
     /// What a compound was found to be.
     struct CompoundEntry
     {
-        const btCompoundShape* shape = nullptr;
-        bool isKnown = false;
+        const btCompoundShape* shape;  ///< null: none
+        bool isKnown;
     };
 
     const btDispatcher& m_dispatcher;
@@ -122,8 +123,9 @@ private:
     bool m_callbacksAreThreadSafe;
     ClassMemo<Algorithm> m_algorithms;
     ClassMemo<Shape> m_shapes;
-    std::array<CompoundEntry, 64> m_compounds;  ///< by a hash of the address
-    btManifoldArray m_manifolds;                ///< scratch
+    using CompoundEntries = std::array<CompoundEntry, 64>;
+    std::optional<CompoundEntries> m_compounds;  ///< by a hash of the address; none before the first compound
+    btManifoldArray m_manifolds;                 ///< scratch
     Children m_children = Children::NotExamined;
 };
 }  // namespace CULLET_PRECISION

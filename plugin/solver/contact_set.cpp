@@ -200,24 +200,36 @@ void ContactSet::setUpBlock(const SolverStep& step, const btContactSolverInfo& i
 void ContactSet::addLoops(const SolverStep& step, int iterations, SolverBodies& bodies, btScalar* residuals,
                           std::vector<ColourLoop>& to)
 {
-    // All normals first: a stack that friction shakes before its weight is carried does not come to rest.
-    for (const auto kernel : {rowKernels().press, rowKernels().rub})
+    const auto add = [&](bool presses, bool rubs)
     {
         const auto solveBlocks =
-            [this, &step, &bodies, kernel, iterations, residuals](const BlockRange& range)
+            [this, &step, &bodies, presses, rubs, iterations, residuals](const BlockRange& range)
         {
             if (range.round >= iterations)
                 return;
             btScalar& residual = residuals[range.thread];
-            forBlocks(range, bodies.motions(),
-                      [&](std::uint32_t first, std::uint32_t count)
-                      {
-                          residual = std::max(residual, kernel(step, m_blocks.data() + first, count,
-                                                               m_rows.data(), bodies.motions()));
-                      });
+            const auto solve = [&](std::uint32_t first, std::uint32_t count)
+            {
+                const RowKernels& kernels = rowKernels();
+                const auto run = [&](auto kernel)
+                {
+                    residual = std::max(residual, kernel(step, m_blocks.data() + first, count, m_rows.data(),
+                                                         bodies.motions()));
+                };
+                if (presses)
+                    run(kernels.press);
+                if (rubs)
+                    run(kernels.rub);
+            };
+            forBlocks(range, bodies.motions(), solve);
         };
         to.push_back({&m_plan, solveBlocks});
-    }
+    };
+    if (step.interleaves)
+        return add(true, true);
+    // All normals first: a stack that friction shakes before its weight is carried does not come to rest.
+    add(true, false);
+    add(false, true);
 }
 
 ColourLoop ContactSet::applyImpulses(const SolverStep& step, SolverBodies& bodies) const

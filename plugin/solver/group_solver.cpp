@@ -39,6 +39,7 @@ SolverStep stepOf(const btContactSolverInfo& info)
     step.slidesAlongVelocity = !hasMode(info, SOLVER_DISABLE_VELOCITY_DEPENDENT_FRICTION_DIRECTION);
     step.keepsSlides = !step.slidesAlongVelocity && step.slidingRows == 2;
     step.notesResidual = info.m_leastSquaresResidualThreshold > 0 || (info.m_reportSolverAnalytics & 1) != 0;
+    step.interleaves = hasMode(info, SOLVER_INTERLEAVE_CONTACT_AND_FRICTION_CONSTRAINTS);
     step.share = 1;
     return step;
 }

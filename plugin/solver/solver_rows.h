@@ -184,6 +184,7 @@ struct SolverStep
     bool slidesAlongVelocity;
     bool keepsSlides;    ///< points remember directions that do not depend on the velocity
     bool notesResidual;  ///< whether iterations may end early
+    bool interleaves;    ///< friction of a colour's contacts comes before the normals of the next one's
     bool isSoft;
     int jointPasses;  ///< of a soft step
     btScalar share;   ///< of a substep in the step; 1 without substeps

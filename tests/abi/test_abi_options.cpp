@@ -7,13 +7,17 @@
 #include "cullet/tests/abi/opened_library.h"
 #include "cullet/tests/plugin/falling_heap.h"
 
+#include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
+#include <BulletCollision/CollisionDispatch/btCompoundCollisionAlgorithm.h>
 #include <BulletCollision/CollisionShapes/btBvhTriangleMeshShape.h>
+#include <BulletCollision/CollisionShapes/btCompoundShape.h>
 #include <BulletCollision/CollisionShapes/btTriangleMesh.h>
 
 #include <cmath>
 #include <functional>
 #include <limits>
 #include <set>
+#include <typeinfo>
 #include <utility>
 
 namespace cullet::test
@@ -209,6 +213,37 @@ TEST(CInterface, MakesContactsOfMeshesAsLinkedWithTheSameOptions)
         EXPECT_EQ(hash, slideOverMesh([&](auto& dispatcher) { registerIsaGjk(dispatcher, linked); }))
             << one.name;
         EXPECT_TRUE(hashes.insert(hash).second) << one.name << " changes nothing";
+    }
+}
+
+TEST(CInterface, LeavesCompoundsToBulletsLoopWhenAsked)
+{
+    const Library library;
+    const auto enlist = LOADED(library, cullet_isa_gjk_register);
+    for (const int isStock : {0, 1})
+    {
+        btDefaultCollisionConfiguration configuration;
+        btCollisionDispatcher dispatcher(&configuration);
+        auto options = sized<cullet_isa_gjk_options>();
+        options.stock_compounds = isStock;
+        ASSERT_EQ(enlist(sizeof(btScalar), &dispatcher, &options, nullptr), CULLET_OK);
+        btBoxShape box(vec(1, 1, 1));
+        btCompoundShape compound;
+        compound.addChildShape(btTransform::getIdentity(), &box);
+        btCollisionObject bodies[2];
+        bodies[0].setCollisionShape(&compound);
+        bodies[1].setCollisionShape(&box);
+        const auto wrap = [](const btCollisionObject& body)
+        {
+            return btCollisionObjectWrapper(nullptr, body.getCollisionShape(), &body,
+                                            body.getWorldTransform(), -1, -1);
+        };
+        const btCollisionObjectWrapper a = wrap(bodies[0]), b = wrap(bodies[1]);
+        btCollisionAlgorithm* const algorithm =
+            dispatcher.findAlgorithm(&a, &b, nullptr, BT_CONTACT_POINT_ALGORITHMS);
+        EXPECT_EQ(typeid(*algorithm) == typeid(btCompoundCollisionAlgorithm), isStock != 0);
+        algorithm->~btCollisionAlgorithm();
+        dispatcher.freeCollisionAlgorithm(algorithm);
     }
 }
 

@@ -169,8 +169,13 @@ TEST_F(BenchWorldCommand, LetsBodiesSleepInTheirOwnWindowOnly)
         EXPECT_EQ(row["energy_j"] == 0.0, mayRest) << row.dump();
         EXPECT_GT(row["depth_max_mm"], 0.0) << row.dump();
         EXPECT_LT(row["depth_max_mm"], 100.0) << row.dump();
-        EXPECT_LE(row["depth_mean_mm"], row["depth_p99_mm"]);
-        EXPECT_LE(row["depth_p99_mm"], row["depth_max_mm"]);
+        EXPECT_LT(row["overlap_max_mm"], 100.0) << row.dump();
+        for (const std::string depth : {"depth", "overlap"})
+        {
+            EXPECT_GT(row[depth + "_mean_mm"], 0.0) << row.dump();
+            EXPECT_LE(row[depth + "_mean_mm"], row[depth + "_p99_mm"]);
+            EXPECT_LE(row[depth + "_p99_mm"], row[depth + "_max_mm"]);
+        }
         EXPECT_EQ(row["steps_to_sleep"] > 0, mayRest) << row.dump();
         EXPECT_LE(row["steps_to_sleep"], 260) << row.dump();
         if (!mayRest)

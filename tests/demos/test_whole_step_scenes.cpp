@@ -154,7 +154,7 @@ TEST(WorldScene, MakesBulletsMultithreadedWorldOrSaysWhyNot)
 TEST(WorldQuality, MeasuresDepthEnergyAndSleepers)
 {
     const auto box = make("boxes", 1);
-    EXPECT_EQ(qualityOf(box->world()).maxDepth, 0);
+    EXPECT_EQ(qualityOf(box->world()).points.max, 0);
     EXPECT_EQ(qualityOf(box->world()).energy, 0);
     stepMany(*box, 10);
     // Free fall with mass 1: v is 10 steps of 10 / 60.
@@ -162,10 +162,10 @@ TEST(WorldQuality, MeasuresDepthEnergyAndSleepers)
     const auto boxes = make("boxes", 27);
     stepMany(*boxes, 90);
     const WorldQuality landed = qualityOf(boxes->world());
-    EXPECT_GT(landed.meanDepth, 0);
-    EXPECT_LE(landed.meanDepth, landed.p99Depth);
-    EXPECT_LE(landed.p99Depth, landed.maxDepth);
-    EXPECT_LT(landed.maxDepth, 0.3);
+    EXPECT_GT(landed.points.mean, 0);
+    EXPECT_LE(landed.points.mean, landed.points.p99);
+    EXPECT_LE(landed.points.p99, landed.points.max);
+    EXPECT_LT(landed.points.max, 0.3);
     EXPECT_EQ(landed.sleepers, 0u);
     stepMany(*boxes, 600);
     const WorldQuality asleep = qualityOf(boxes->world());

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #include "cullet/demos/scenes/bodies/world_quality.h"
 
+#include "cullet/demos/scenes/bodies/exact_depth.h"
+
 #include <BulletCollision/CollisionDispatch/btCollisionObject.h>
 #include <BulletDynamics/ConstraintSolver/btConeTwistConstraint.h>
 #include <BulletDynamics/ConstraintSolver/btHingeConstraint.h>
@@ -34,14 +36,13 @@ std::vector<double> depthsOf(btDispatcher& dispatcher)
     return depths;
 }
 
-void setDepths(std::vector<double> depths, WorldQuality& quality)
+DepthSummary depthSummaryOf(std::vector<double> depths)
 {
     if (depths.empty())
-        return;
+        return {};
     std::sort(depths.begin(), depths.end());
-    quality.meanDepth = std::accumulate(depths.begin(), depths.end(), 0.0) / double(depths.size());
-    quality.p99Depth = depths[(depths.size() - 1) * 99 / 100];
-    quality.maxDepth = depths.back();
+    return {std::accumulate(depths.begin(), depths.end(), 0.0) / double(depths.size()),
+            depths[(depths.size() - 1) * 99 / 100], depths.back()};
 }
 
 double kineticEnergy(const btRigidBody& body)
@@ -104,7 +105,8 @@ bool sleeps(const btRigidBody& body)
 WorldQuality qualityOf(btDynamicsWorld& world)
 {
     WorldQuality quality;
-    setDepths(depthsOf(*world.getDispatcher()), quality);
+    quality.points = depthSummaryOf(depthsOf(*world.getDispatcher()));
+    quality.pairs = depthSummaryOf(exactDepths(world));
     setJointErrors(world, quality);
     double energy = 0;
     forEachMovable(world, [&](const btRigidBody& body) { energy += sleeps(body) ? 0 : kineticEnergy(body); });

@@ -11,18 +11,24 @@ namespace cullet
 {
 inline namespace CULLET_PRECISION
 {
+/// Mean, 99th percentile and maximum of depths above 0, metres; 0 if there are none.
+struct DepthSummary
+{
+    double mean = 0, p99 = 0, max = 0;
+};
+
 /// How well a world rests, at the end of a step.
 struct WorldQuality
 {
-    /// Depth of contact points that overlap, margins included: mean, 99th percentile and maximum, metres.
-    double meanDepth = 0, p99Depth = 0, maxDepth = 0;
+    DepthSummary points;         ///< of contact points, margins included
+    DepthSummary pairs;          ///< of pairs of objects, by their shapes (exactDepths())
     double energy = 0;           ///< kinetic, of the mean rigid body that can move, joules
     std::uint64_t sleepers = 0;  ///< rigid bodies that can move and are asleep
     /// Distance between the places of a pivot in the two bodies of a ball, hinge or cone joint: mean and maximum, metres.
     double meanJointError = 0, maxJointError = 0;
 };
 
-/// Costs a pass over all contact points, bodies and joints.
+/// Costs a pass over all contact points, bodies and joints, and exactDepths().
 WorldQuality qualityOf(btDynamicsWorld& world);
 
 /// Rigid bodies that can move, and those of them that are asleep.

@@ -24,7 +24,12 @@ Flags chosenFlags(Choices& choices, WorldChoice& worlds)
                                     ShapeFamily::Spheres};
     worlds.settings.family = families[first & 3];
     worlds.settings.hasGhosts = (first & 12) != 12;
+    worlds.settings.hasShortLoops = (first & 12) == 8;
     worlds.settings.hasContinuous = (first & 112) == 112;
+    using Solvers = SolverChoice;
+    const Solvers solvers[] = {Solvers::Bullet, Solvers::Bullet, Solvers::Bullet,  Solvers::Own,
+                               Solvers::Own,    Solvers::Own,    Solvers::OwnSoft, Solvers::Bullet};
+    worlds.settings.solver = solvers[(first & 112) >> 4];
     worlds.settings.isOrdered = (first & 128) != 0;
     worlds.settings.hasBoxBox = (second & 3) == 3 && worlds.settings.family == ShapeFamily::All;
     Flags flags{};

@@ -2,8 +2,10 @@
 // SPDX-License-Identifier: Zlib
 #include "cullet/tests/fuzz/worlds/world_twin.h"
 
+#include "cullet/base/threads/parallel_loops.h"
 #include "cullet/plugin/broadphase.h"
 #include "cullet/plugin/convex_dispatcher.h"
+#include "cullet/plugin/solver.h"
 #include "cullet/plugin/world.h"
 
 #include <BulletCollision/BroadphaseCollision/btDbvtBroadphase.h>
@@ -24,6 +26,15 @@ btDefaultCollisionConstructionInfo smallPools()
     info.m_defaultMaxCollisionAlgorithmPoolSize = 64;
     return info;
 }
+
+/// For all worlds of the program: those of one input have the same settings.
+void shortenLoops(bool areShort)
+{
+    static const int few = WorldBodies::fewBodies;
+    static const double work = ParallelLoops::workPerThread;
+    WorldBodies::fewBodies = areShort ? 0 : few;
+    ParallelLoops::workPerThread = areShort ? 1e-9 : work;
+}
 }  // namespace
 
 WorldTwin::WorldTwin(TwinRecipe recipe, const WorldSettings& settings)
@@ -31,8 +42,10 @@ WorldTwin::WorldTwin(TwinRecipe recipe, const WorldSettings& settings)
       m_settings(settings),
       m_configuration(std::make_unique<btDefaultCollisionConfiguration>(smallPools()))
 {
+    shortenLoops(m_settings.hasShortLoops);
     makeDispatcher();
     makeBroadphase();
+    makeSolver();
     makeWorld();
     for (PairFilter& filter : m_filters)
         filter.onCall = [this] { callFilterAction(); };
@@ -97,19 +110,32 @@ void WorldTwin::makeBroadphase()
     m_broadphase = std::move(watched);
 }
 
+void WorldTwin::makeSolver()
+{
+    if (m_settings.solver == SolverChoice::Bullet)
+    {
+        m_solver = std::make_unique<btSequentialImpulseConstraintSolver>();
+        return;
+    }
+    SolverOptions options;
+    options.model = m_settings.solver == SolverChoice::Own ? SolverModel::Bullet : SolverModel::Soft;
+    options.threads = m_recipe.threads;
+    m_solver = std::make_unique<Solver>(options);
+}
+
 void WorldTwin::makeWorld()
 {
     if (m_recipe.hasParallelWorld)
     {
         auto world = std::make_unique<World<btDiscreteDynamicsWorld>>(m_dispatcher.get(), m_broadphase.get(),
-                                                                      &m_solver, m_configuration.get());
+                                                                      m_solver.get(), m_configuration.get());
         world->setUpdateThreads(m_recipe.threads);
         m_world = std::move(world);
     }
     else
     {
-        m_world = std::make_unique<btDiscreteDynamicsWorld>(m_dispatcher.get(), m_broadphase.get(), &m_solver,
-                                                            m_configuration.get());
+        m_world = std::make_unique<btDiscreteDynamicsWorld>(m_dispatcher.get(), m_broadphase.get(),
+                                                            m_solver.get(), m_configuration.get());
     }
     m_world->setGravity(btVector3(0, -10, 0));
     m_world->getDispatchInfo().m_deterministicOverlappingPairs = m_settings.isOrdered;

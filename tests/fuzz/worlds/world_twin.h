@@ -36,9 +36,19 @@ enum class NarrowPhase : std::uint8_t
     Dispatcher2  ///< cullet::Dispatcher on two threads
 };
 
+enum class SolverChoice : std::uint8_t
+{
+    Bullet,
+    Own,     ///< cullet::Solver
+    OwnSoft  ///< with SolverModel::Soft
+};
+
 /// What all twins of a run have in common.
 struct WorldSettings
 {
+    SolverChoice solver = SolverChoice::Bullet;
+    bool hasShortLoops =
+        false;  ///< loops over any number of bodies, islands and contacts run on the twin's threads
     ShapeFamily family = ShapeFamily::All;
     btScalar margin = -1;
     bool hasGhosts = true;
@@ -57,7 +67,7 @@ struct TwinRecipe
     bool isWatched = true;
     bool isDbvt = false;
     std::unique_ptr<Backend> backend;  ///< null: by the options
-    int threads = 1;
+    int threads = 1;                   ///< of cullet's parts
 };
 
 struct BodyRecipe
@@ -177,6 +187,7 @@ private:
     static void tick(btDynamicsWorld* world, btScalar time);
     void makeDispatcher();
     void makeBroadphase();
+    void makeSolver();
     void makeWorld();
     std::unique_ptr<btCollisionObject> makeObject(const BodyRecipe& recipe, OwnedShape& shape) const;
     void addObject(btCollisionObject& object, int group, int mask);
@@ -198,7 +209,7 @@ private:
     std::unique_ptr<btBroadphaseInterface> m_broadphase;
     WatchedBroadphase* m_watched = nullptr;
     Broadphase* m_own = nullptr;  ///< null with DBVT
-    btSequentialImpulseConstraintSolver m_solver;
+    std::unique_ptr<btSequentialImpulseConstraintSolver> m_solver;
     std::unique_ptr<btDiscreteDynamicsWorld> m_world;
     std::vector<Slot> m_slots{kSlots};
     std::vector<Joint> m_joints{kJoints};

@@ -266,6 +266,50 @@ TYPED_TEST(BoxContacts, HaveTheSameBitsForAllCompilersAndInstructionSets)
         << std::hex << hash.value();
 }
 
+/// One and two corners have functions of their own.
+TYPED_TEST(BoxContacts, OfFewCornersAreThoseOfSelectionBitByBit)
+{
+    using S = TypeParam;
+    using Vector = TestLanes<S>;
+    BoxPairs pairs(26);
+    int ones = 0, twos = 0, close = 0;
+    for (int k = 0; k < 300000; ++k)
+    {
+        const PlainPair<S> pair = pairs.template draw<S>(static_cast<BoxKind>(k % 4));
+        const BoxPair<Vector> boxes(pair.a.template posed<Vector>(), pair.b.template posed<Vector>());
+        BoxAxes<Vector> axes(boxes);
+        BoxAxisGroup group = BoxAxisGroup::None;
+        BoxAxis<S> axis;
+        if (axes.areSeparated(group) || !axes.findLeastDepth(axis))
+            continue;
+        const BoxFaces<Vector> faces(boxes, axis);
+        BoxCorners<Vector> corners(faces);
+        if (faces.areEdgesOnly() || corners.findOther() || !corners.findAll())
+            continue;
+        const int there = __builtin_popcount(corners.there());
+        BoxPatch<Vector> own, selected;
+        makeBoxPatch(faces, axis.distance, own);
+        BoxSelection<Vector>(corners).write(selected);
+        ones += there == 1;
+        twos += there == 2 && selected.count == 2;
+        close += there == 2 && selected.count == 1;
+        ASSERT_EQ(own.count, selected.count) << k;
+        for (int i = 0; i < 4; ++i)
+        {
+            ASSERT_EQ(own.x[i], selected.x[i]) << k;
+            ASSERT_EQ(own.y[i], selected.y[i]) << k;
+            ASSERT_EQ(own.distances[i], selected.distances[i]) << k;
+        }
+    }
+    EXPECT_GT(ones, 500);
+    EXPECT_GT(twos, 500);
+    // One in some hundred thousand.
+    if (sizeof(S) == sizeof(float))
+    {
+        EXPECT_GT(close, 0);
+    }
+}
+
 TYPED_TEST(BoxContacts, HaveFourCornersOfBoxThatLiesOnItsFace)
 {
     using S = TypeParam;

@@ -2,12 +2,16 @@
 // SPDX-License-Identifier: Zlib
 
 // Each field of btContactSolverInfo has its effect, or Bullet's solver solves the group.
+#include "cullet/tests/plugin/log_scope.h"
 #include "cullet/tests/plugin/solver/solver_scene.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <functional>
+#include <string>
+#include <utility>
+#include <vector>
 
 namespace cullet::test
 {
@@ -325,6 +329,88 @@ TEST(SolverSettings, SlideAsStockWithEachFrictionMode)
             },
             1, kModelBullet);
     }
+}
+
+/// How far a row of boxes at rest has gone that a fast one hits, with few iterations.
+double pushedRow(SolverScene& scene)
+{
+    scene.addFloor();
+    btBoxShape& cube = scene.box(0.5, 0.5, 0.5);
+    for (int i = 0; i < 6; ++i)
+    {
+        btRigidBody& body = scene.add(cube, 1, vec(i == 0 ? -3.0 : 1.01 * i, 0.5, 0));
+        body.setFriction(btScalar(0.6));
+        body.setActivationState(DISABLE_DEACTIVATION);
+        scene.add(cube, 2, vec(i == 0 ? -3.0 : 1.01 * i, 1.5, 0)).setFriction(btScalar(0.6));
+    }
+    scene.bodies()[1]->setLinearVelocity(vec(8, 0, 0));
+    scene.bodies()[2]->setLinearVelocity(vec(8, 0, 0));
+    scene.info().m_numIterations = 2;
+    scene.step(60);
+    double way = 0;
+    for (const auto& body : scene.bodies())
+        way += double(body->getWorldTransform().getOrigin().x());
+    return way;
+}
+
+TEST(SolverSettings, TakeFrictionBetweenNormalsWhenAsked)
+{
+    const auto interleave = [](btContactSolverInfo& info)
+    { info.m_solverMode |= SOLVER_INTERLEAVE_CONTACT_AND_FRICTION_CONSTRAINTS; };
+    const auto wayWith = [](Contender contender, const SetInfo& set)
+    { return measureWith(contender, pushedRow, set); };
+    const double apart = wayWith(Contender::Bullet, [](btContactSolverInfo&) {});
+    const double between = wayWith(Contender::Bullet, interleave);
+    EXPECT_NE(between, apart);
+    EXPECT_NEAR(between, wayWith(Contender::Stock, interleave), 0.05 * std::abs(between));
+}
+
+/// Warnings of a world that is made, set and stepped.
+std::vector<std::string> warningsOf(Contender contender, const SetInfo& set)
+{
+    const LogScope log;
+    SolverScene scene(contender);
+    scene.addFloor();
+    scene.add(scene.box(0.5, 0.5, 0.5), 1, vec(0, 0.5, 0));
+    set(scene.info());
+    scene.step(3);
+    return loggedLines();
+}
+
+TEST(SolverSettings, WarnOnceOfThoseLeftToBullet)
+{
+    for (const Contender contender : kBoth)
+    {
+        const auto warnings = warningsOf(
+            contender, [](btContactSolverInfo& info) { info.m_solverMode |= SOLVER_RANDMIZE_ORDER; });
+        ASSERT_EQ(warnings.size(), 1u) << nameOf(contender);
+        EXPECT_NE(warnings[0].find("SOLVER_RANDMIZE_ORDER"), std::string::npos);
+    }
+}
+
+TEST(SolverSettings, WarnOnceOfThoseWithoutEffectOnModelSoft)
+{
+    const std::pair<const char*, SetInfo> settings[] = {
+        {"m_erp2", [](btContactSolverInfo& info) { info.m_erp2 = btScalar(0.3); }},
+        {"m_globalCfm", [](btContactSolverInfo& info) { info.m_globalCfm = btScalar(0.1); }},
+        {"m_sor", [](btContactSolverInfo& info) { info.m_sor = btScalar(0.9); }},
+        {"m_splitImpulse", [](btContactSolverInfo& info) { info.m_splitImpulse = 0; }},
+        {"m_splitImpulsePenetrationThreshold",
+         [](btContactSolverInfo& info) { info.m_splitImpulsePenetrationThreshold = btScalar(-0.1); }},
+        {"m_splitImpulseTurnErp",
+         [](btContactSolverInfo& info) { info.m_splitImpulseTurnErp = btScalar(0.2); }},
+        {"m_warmstartingFactor", [](btContactSolverInfo& info) { info.m_warmstartingFactor = 1; }},
+        {"m_leastSquaresResidualThreshold",
+         [](btContactSolverInfo& info) { info.m_leastSquaresResidualThreshold = btScalar(1e-3); }}};
+    for (const auto& [name, set] : settings)
+    {
+        const auto warnings = warningsOf(Contender::Soft, set);
+        ASSERT_EQ(warnings.size(), 1u) << name;
+        EXPECT_NE(warnings[0].find(std::string(name) + " "), std::string::npos) << warnings[0];
+        EXPECT_TRUE(warningsOf(Contender::Bullet, set).empty()) << name;
+    }
+    EXPECT_TRUE(
+        warningsOf(Contender::Soft, [](btContactSolverInfo& info) { info.m_numIterations = 20; }).empty());
 }
 
 /// As btPoint2PointConstraint, but of the application.
