@@ -73,8 +73,8 @@ public:
     std::uint64_t tests() const noexcept { return m_tests; }
 
 private:
-    /// In a crowd one of half so many pairs of rows is refused, and so many for each that is allowed.
-    static constexpr std::uint64_t kCrowdShare = 128, kRefusedPerAllowed = 8;
+    /// In a crowd one of half so many pairs of rows is refused, and at least so many for each that is allowed.
+    static constexpr std::uint64_t kCrowdShare = 128, kRefusedPerAllowed = 1;
 
     void growTo(std::uint32_t rows);
     void testChanged(const ProxyView& view, PairDelta& delta);
