@@ -284,6 +284,27 @@ TEST(SmallWorldBackend, TestsFewBoxesOnceForEachPairAndHasPairsOfOracle)
     EXPECT_GT(inShells, 50);
 }
 
+TEST(SmallWorldBackend, TestsEachPairOnceWhereMostBoxesMoveAndSomeDoNot)
+{
+    constexpr std::uint32_t kRows = 320;
+    BackendSession session(std::make_unique<SmallWorldBackend>(false));
+    Random random(44);
+    std::vector<ProxyId> rows;
+    for (std::uint32_t i = 0; i < kRows; ++i)
+        rows.push_back(session.add(boxAt(random.point(0, 12))));
+    ASSERT_TRUE(session.step());
+    for (const std::uint32_t moved : {kRows, kRows - 1, kRows / 2 + 1, 20u})
+    {
+        for (std::uint32_t i = 0; i < moved; ++i)
+            session.table.setBox(rows[i], boxAt(random.point(0, 12)));
+        ASSERT_TRUE(session.step());
+        // 64 rows are tested at a time.
+        const std::uint32_t most = 2 * moved > kRows ? kRows * (kRows / 2 + 64) : moved * kRows;
+        EXPECT_LE(session.backend().stats().candidates, most) << moved;
+    }
+    EXPECT_GT(session.pairs().size(), 50u);
+}
+
 /// A world of the default grid with a hundred rows more than a SmallWorldBackend takes in any case.
 struct MidWorld
 {
