@@ -24,6 +24,11 @@ try
     m_added.clear();
     m_removed.clear();
     updateOrThrow(proxies);
+    if (m_added.empty() && m_removed.empty())
+    {
+        delta.clear();
+        return Status::Ok;
+    }
     m_keySort.write(m_added, delta.added);
     m_keySort.write(m_removed, delta.removed);
     m_stats.pairs += delta.added.size();
@@ -40,6 +45,7 @@ catch (const std::bad_alloc&)
 void SmallWorldBackend::updateOrThrow(const ProxyView& view)
 {
     // A new filter or margin affects pairs of unmoved boxes too.
+    const bool isRestarted = m_isRestarted;
     const bool areRulesNew = m_hadFilter != (view.filters != nullptr) || m_margin != view.margin;
     m_stats.candidates = 0;
     makeRoom(view.size);
@@ -69,12 +75,18 @@ void SmallWorldBackend::updateOrThrow(const ProxyView& view)
     }
     m_hadFilter = view.filters != nullptr;
     m_margin = view.margin;
-    m_ids.assign(view.uniqueIds, view.uniqueIds + view.size);
+    const bool mayHaveNewIds =
+        view.anyChanges == 0 ? view.dirtyCount != 0 : (view.anyChanges & (kRowCreated | kRowDestroyed)) != 0;
+    if (isRestarted || mayHaveNewIds)
+        m_ids.assign(view.uniqueIds, view.uniqueIds + view.size);
 }
 
 void SmallWorldBackend::updateChanged(const ProxyView& view)
 {
-    if (view.dirtyCount == view.size)
+    if (view.size <= kFewRows)
+        return updateFew(view);
+    // Half as many tests for each row, since none is tested against those before it.
+    if (2 * view.dirtyCount > view.size)
         return updateAll(view);
     loadChanged(view);
     for (std::uint32_t i = 0; i < view.dirtyCount; ++i)
@@ -88,6 +100,35 @@ void SmallWorldBackend::updateAll(const ProxyView& view)
     // The rows before this one have been tested against it already.
     for (std::uint32_t row = 0; row < view.size; ++row)
         updateRow(view, row, row / 64);
+}
+
+/// Tests the changed boxes of a few one by one, where they are: to copy them into the arrays would take longer.
+void SmallWorldBackend::updateFew(const ProxyView& view)
+{
+    m_isStale = true;
+    // As updateAll() does, or as updateChanged().
+    const bool testsAll = 2 * view.dirtyCount > view.size;
+    const std::uint32_t count = testsAll ? view.size : view.dirtyCount;
+    for (std::uint32_t i = 0; i < count; ++i)
+    {
+        const std::uint32_t row = testsAll ? i : view.dirty[i];
+        const Aabb& box = view.boxes[row];
+        const std::uint32_t first = testsAll ? row + 1 : 0;
+        if (first == view.size)
+            return;
+        std::uint64_t found = 0;
+        for (std::uint32_t other = first; other < view.size; ++other)
+        {
+            const Aabb& otherBox = view.boxes[other];
+            const std::uint64_t isFound = overlapsBranchless(box, otherBox) ? 1 : 0;
+            found |= (isValidBranchless(otherBox) ? isFound : 0) << other;
+        }
+        const std::uint64_t own = std::uint64_t{1} << row;
+        const std::uint64_t before = (std::uint64_t{1} << first) - 1;
+        const std::uint64_t held = *heldOf(row) & ~before;
+        examineAll(view, row, 0, ((isValid(box) ? found : 0) ^ held) & ~own);
+        m_stats.candidates += view.size - first;
+    }
 }
 
 /// Returns false, with no pair updated, when skins do not pay any more.
@@ -111,6 +152,8 @@ bool SmallWorldBackend::updateInsideSkins(const ProxyView& view)
 void SmallWorldBackend::makeSkins(const ProxyView& view)
 {
     m_skins.begin(view);
+    if (m_isStale)
+        loadChanged(view);
     for (std::uint32_t row = 0; row < view.size; ++row)
     {
         m_kernels.findOverlaps({m_limits.data(), m_stride, view.size}, row, m_skins.pairGap(), row / 64,
@@ -189,12 +232,16 @@ void SmallWorldBackend::updateRow(const ProxyView& view, std::uint32_t row, std:
     m_found[row / 64] &= ~(std::uint64_t{1} << row % 64);
     const std::uint32_t words = m_stride / 64;
     for (std::uint32_t word = firstWord; word < words; ++word)
-    {
-        for (std::uint64_t differing = m_found[word] ^ heldOf(row)[word]; differing != 0;
-             differing &= differing - 1)
-            examine(view, row, 64 * word + static_cast<std::uint32_t>(__builtin_ctzll(differing)));
-    }
+        examineAll(view, row, word, m_found[word] ^ heldOf(row)[word]);
     m_stats.candidates += 64 * (words - firstWord);
+}
+
+/// Examines the pairs of the row with the rows of a word, one for each bit that is set.
+inline void SmallWorldBackend::examineAll(const ProxyView& view, std::uint32_t row, std::uint32_t word,
+                                          std::uint64_t bits)
+{
+    for (; bits != 0; bits &= bits - 1)
+        examine(view, row, 64 * word + static_cast<std::uint32_t>(__builtin_ctzll(bits)));
 }
 
 /// Updates a pair that overlaps and is not held, or is held and does not overlap.

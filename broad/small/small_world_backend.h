@@ -46,11 +46,13 @@ private:
     void restoreKnown(const ProxyView& view);
     void updateChanged(const ProxyView& view);
     void updateAll(const ProxyView& view);
+    void updateFew(const ProxyView& view);
     bool updateInsideSkins(const ProxyView& view);
     void makeSkins(const ProxyView& view);
     void loadChanged(const ProxyView& view);
     void load(const ProxyView& view, std::uint32_t row);
     void updateRow(const ProxyView& view, std::uint32_t row, std::uint32_t firstWord);
+    void examineAll(const ProxyView& view, std::uint32_t row, std::uint32_t word, std::uint64_t bits);
     void examine(const ProxyView& view, std::uint32_t row, std::uint32_t other);
     std::uint64_t* heldOf(std::uint32_t row) { return m_held.data() + std::size_t{row} * (m_stride / 64); }
     bool isHeld(std::uint32_t row, std::uint32_t other)
@@ -59,6 +61,9 @@ private:
     }
     void change(const ProxyView& view, RowPair pair);
     void flip(std::uint32_t row, std::uint32_t other);
+
+    /// Up to so many rows, boxes are tested one by one. At most 64.
+    static constexpr std::uint32_t kFewRows = 16;
 
     const OverlapKernels& m_kernels;
     const ColumnKernels& m_pairKernels;

@@ -14,7 +14,7 @@ namespace cullet
 class Stopwatch
 {
 public:
-    Stopwatch() : m_start(std::chrono::steady_clock::now()), m_cpuStart(cpuNow()) {}
+    Stopwatch() : m_cpuStart(cpuNow()), m_start(std::chrono::steady_clock::now()) {}
 
     double wallMs() const
     {
@@ -31,7 +31,8 @@ private:
         return 1e3 * static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_nsec);
     }
 
-    std::chrono::steady_clock::time_point m_start;
     double m_cpuStart;
+    // Read last: to read the CPU time is a call of the system, a microsecond or more, which the wall time must not have.
+    std::chrono::steady_clock::time_point m_start;
 };
 }  // namespace cullet

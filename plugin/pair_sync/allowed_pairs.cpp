@@ -27,54 +27,54 @@ void AllowedPairs::growTo(std::uint32_t rows)
     m_rows = rows;
     if (m_largerBoxes.size() >= rows)
         return;
+    m_lists.growTo(rows);
     // The vector that is compared grows last: each may throw.
     m_isDue.resize(rows, 0);
     m_refused.resize(rows, 0);
     m_largerBoxes.resize(rows, kEmptyAabb);
 }
 
-/// Tests a listed pair, and reports it if it enters or leaves.
-void AllowedPairs::test(std::uint32_t index, const ProxyView& view, PairDelta& delta)
+/// Tests a listed pair, and reports it if it enters or leaves; returns whether it is held now.
+bool AllowedPairs::test(std::uint32_t row, std::uint32_t other, bool isHeld, const ProxyView& view,
+                        PairDelta& delta)
 {
-    const Pair rows = m_set.pairs()[index];
-    const Aabb& first = view.boxes[rows.first];
-    const Aabb& second = view.boxes[rows.second];
-    const bool areValid = isValid(first) && isValid(second);
+    const Aabb& box = view.boxes[row];
+    const Aabb& otherBox = view.boxes[other];
+    const bool areValid = isValid(box) && isValid(otherBox);
     ++m_tests;
-    const Pair ids = makePair(view.uniqueIds[rows.first], view.uniqueIds[rows.second]);
-    if (m_set.tag(index) == kHeld)
-    {
-        if (areValid && overlapsWithMargin(first, second, view.margin))
-            return;
-        m_set.setTag(index, kNear);
-        delta.removed.push_back(ids);
-    }
-    else if (areValid && overlaps(first, second))
-    {
-        m_set.setTag(index, kHeld);
-        delta.added.push_back(ids);
-    }
+    const bool isHeldNow =
+        areValid && (isHeld ? overlapsWithMargin(box, otherBox, view.margin) : overlaps(box, otherBox));
+    if (isHeldNow != isHeld)
+        (isHeld ? delta.removed : delta.added)
+            .push_back(makePair(view.uniqueIds[row], view.uniqueIds[other]));
+    return isHeldNow;
 }
 
 /// Tests the listed pairs of changed rows: all in one pass, if many rows have changed.
 void AllowedPairs::testChanged(const ProxyView& view, PairDelta& delta)
 {
-    constexpr std::uint64_t kManyShare = 8;
-    if (m_isNew || kManyShare * view.dirtyCount > view.size)
-    {
-        for (std::uint32_t index = 0; index < m_set.size(); ++index)
-            test(index, view, delta);
-        m_isNew = false;
+    if (m_lists.size() == 0)
         return;
+    constexpr std::uint64_t kManyShare = 8;
+    const bool testAll = m_isNew || kManyShare * view.dirtyCount > view.size;
+    const std::uint32_t count = testAll ? view.size : view.dirtyCount;
+    for (std::uint32_t i = 0; i < count; ++i)
+    {
+        const std::uint32_t row = testAll ? i : view.dirty[i];
+        const auto testPair = [&](std::uint32_t other, bool isHeld)
+        { return test(row, other, isHeld, view, delta); };
+        if (testAll)
+            m_lists.updateFlagsAbove(row, testPair);
+        else
+            m_lists.updateFlagsOf(row, testPair);
     }
-    for (std::uint32_t i = 0; i < view.dirtyCount && m_set.size() != 0; ++i)
-        m_set.forEachOf(view.dirty[i], [&](std::uint32_t index) { test(index, view, delta); });
+    m_isNew = false;
 }
 
 /// Drops a destroyed row and its pairs, which have left.
 void AllowedPairs::forget(std::uint32_t row) noexcept
 {
-    m_set.eraseAllOf(row);
+    m_lists.eraseAllOf(row);
     setRefused(row, 0);
     m_largerBoxes[row] = kEmptyAabb;
     m_isDue[row] = 0;
@@ -83,17 +83,8 @@ void AllowedPairs::forget(std::uint32_t row) noexcept
 /// Drops the listed pairs of the row whose larger boxes have parted, unless they are held.
 void AllowedPairs::dropApart(std::uint32_t row)
 {
-    m_apart.clear();
-    m_set.forEachOf(
-        row,
-        [&](std::uint32_t index)
-        {
-            const Pair rows = m_set.pairs()[index];
-            if (m_set.tag(index) == kNear && !overlaps(m_largerBoxes[rows.first], m_largerBoxes[rows.second]))
-                m_apart.push_back(rows);
-        });
-    for (const Pair rows : m_apart)
-        m_set.erase(rows);
+    m_lists.eraseIf(row, [&](std::uint32_t other, bool isHeld)
+                    { return !isHeld && !overlaps(m_largerBoxes[row], m_largerBoxes[other]); });
 }
 
 void AllowedPairs::update(const ProxyView& view, PairDelta& delta, std::vector<std::uint32_t>& due)
@@ -120,8 +111,7 @@ void AllowedPairs::update(const ProxyView& view, PairDelta& delta, std::vector<s
             due.push_back(view.uniqueIds[row]);
         else
             setRefused(row, 0);
-        if (m_set.size() != 0)
-            dropApart(row);
+        dropApart(row);
     }
     std::sort(delta.added.begin(), delta.added.end());
     std::sort(delta.removed.begin(), delta.removed.end());
@@ -142,7 +132,7 @@ void AllowedPairs::takePartners(std::uint32_t row, std::vector<std::uint32_t>& p
     {
         const std::uint32_t count = m_kernels.scanOverlap(scan, m_largerBoxes[row], position, found);
         if (count == 0)
-            return;
+            break;
         for (const std::uint32_t* other = found; other != found + count; ++other)
         {
             // The coordinates of an empty box may overlap an infinite box.
@@ -150,6 +140,7 @@ void AllowedPairs::takePartners(std::uint32_t row, std::vector<std::uint32_t>& p
                 partners.push_back(*other);
         }
     }
+    m_lists.removePartners(row, partners);
 }
 
 void AllowedPairs::setRefused(std::uint32_t row, std::uint32_t count) noexcept
@@ -161,8 +152,8 @@ void AllowedPairs::setRefused(std::uint32_t row, std::uint32_t count) noexcept
 
 std::uint64_t AllowedPairs::bytes() const noexcept
 {
-    return m_set.bytes() + m_isDue.capacity() + m_refused.capacity() * sizeof(std::uint32_t) +
-           m_largerBoxes.capacity() * sizeof(Aabb) + m_apart.capacity() * sizeof(Pair);
+    return m_lists.bytes() + m_isDue.capacity() + m_refused.capacity() * sizeof(std::uint32_t) +
+           m_largerBoxes.capacity() * sizeof(Aabb);
 }
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

@@ -5,7 +5,8 @@
 #include "cullet/broad/backend.h"
 #include "cullet/broad/pair.h"
 #include "cullet/broad/queries/query_kernels.h"
-#include "cullet/plugin/pair_sync/pair_map.h"
+#include "cullet/plugin/core/precision.h"
+#include "cullet/plugin/pair_sync/partner_lists.h"
 
 #include <cstdint>
 #include <vector>
@@ -26,7 +27,7 @@ inline namespace CULLET_PRECISION
 /// many partners a scan of all larger boxes is as fast as any search.
 ///
 /// Cost of an update: O(changed rows + listed pairs of these), and O(rows) for each row that is due. Memory: 33 bytes a
-/// row, 40 a listed pair.
+/// row, 24 more once a pair is listed, 10 a listed pair.
 class AllowedPairs
 {
 public:
@@ -43,7 +44,7 @@ public:
     /// Adds a pair that a former backend held.
     void addHeld(std::uint32_t rowFirst, std::uint32_t rowSecond)
     {
-        m_set.insert(makePair(rowFirst, rowSecond), kHeld);
+        m_lists.insert(rowFirst, rowSecond, true);
     }
 
     /// As Backend::update() for the listed pairs. May throw std::bad_alloc; this object is then to be discarded.
@@ -51,55 +52,41 @@ public:
     /// @param due [out] appended: the unique ids of the rows that are due
     void update(const ProxyView& view, PairDelta& delta, std::vector<std::uint32_t>& due);
 
-    /// The rows whose larger boxes overlap that of the row, ascending, without those that are due: they ask for the pair
-    /// in their turn. The row is then no longer due.
+    /// The rows whose larger boxes overlap that of the row, ascending, without those of listed pairs and those that are
+    /// due: they ask for the pair in their turn. The row is then no longer due.
     void takePartners(std::uint32_t row, std::vector<std::uint32_t>& partners);
     /// Stores how many of these the filter refused.
     void setRefused(std::uint32_t row, std::uint32_t count) noexcept;
 
-    bool contains(std::uint32_t rowA, std::uint32_t rowB) const noexcept
-    {
-        return m_set.size() != 0 && m_set.contains(makePair(rowA, rowB));
-    }
     /// Lists a pair that the filter allows.
     ///
     /// @param isHeld whether the boxes overlap, so that the owner adds the pair
-    void insert(std::uint32_t rowA, std::uint32_t rowB, bool isHeld)
-    {
-        m_set.insert(makePair(rowA, rowB), isHeld ? kHeld : kNear);
-    }
-    void erase(std::uint32_t rowA, std::uint32_t rowB) noexcept { m_set.erase(makePair(rowA, rowB)); }
+    void insert(std::uint32_t rowA, std::uint32_t rowB, bool isHeld) { m_lists.insert(rowA, rowB, isHeld); }
+    void erase(std::uint32_t rowA, std::uint32_t rowB) noexcept { m_lists.erase(rowA, rowB); }
 
     /// Whether this still is a crowd, or nearly one.
-    bool isStillCrowd() const noexcept { return isCrowd(2 * m_refusedSum, m_set.size(), m_rows); }
+    bool isStillCrowd() const noexcept { return isCrowd(2 * m_refusedSum, m_lists.size(), m_rows); }
 
-    std::size_t size() const noexcept { return m_set.size(); }
+    std::size_t size() const noexcept { return m_lists.size(); }
     std::uint64_t bytes() const noexcept;
     /// Box tests of the last update: those of listed pairs, and of the scans since.
     std::uint64_t tests() const noexcept { return m_tests; }
 
 private:
-    enum Tag : std::uint8_t
-    {
-        kNear,  ///< only the larger boxes overlap
-        kHeld   ///< reported as added
-    };
-
-    /// In a crowd one of half so many pairs of rows is refused, and so many for each that is allowed.
-    static constexpr std::uint64_t kCrowdShare = 128, kRefusedPerAllowed = 8;
+    /// In a crowd one of half so many pairs of rows is refused, and at least so many for each that is allowed.
+    static constexpr std::uint64_t kCrowdShare = 128, kRefusedPerAllowed = 1;
 
     void growTo(std::uint32_t rows);
     void testChanged(const ProxyView& view, PairDelta& delta);
-    void test(std::uint32_t index, const ProxyView& view, PairDelta& delta);
+    bool test(std::uint32_t row, std::uint32_t other, bool isHeld, const ProxyView& view, PairDelta& delta);
     void forget(std::uint32_t row) noexcept;
     void dropApart(std::uint32_t row);
 
     const QueryKernels& m_kernels;
-    PairMap m_set;                         // of rows
+    PartnerLists m_lists;                  // flag: reported as added; else only the larger boxes overlap
     std::vector<std::uint8_t> m_isDue;     // by row
     std::vector<std::uint32_t> m_refused;  // by row: refused partners when it was last due
     std::vector<Aabb> m_largerBoxes;       // by row; empty where the box is invalid
-    std::vector<Pair> m_apart;             // listed pairs whose larger boxes have parted
     std::uint64_t m_refusedSum = 0;
     std::uint64_t m_rows = 0;  // of the last view
     std::uint64_t m_tests = 0;

@@ -64,6 +64,8 @@ BackendChooser::BackendChooser(const Backend& begin, std::uint32_t deviceBodies,
 
 std::unique_ptr<Backend> BackendChooser::choose(const Backend& now, std::uint32_t bodies)
 {
+    if (m_ownBackend == nullptr)
+        return nullptr;
     if (&now != m_ownBackend)
         m_ownBackend = nullptr;
     const bool isLarge = bodies >= (m_isLarge ? m_deviceBodies / 2 : m_deviceBodies);

@@ -61,7 +61,7 @@ void DeferredPairs::collectToReevaluateOf(std::uint32_t uniqueId, bool includesR
 void DeferredPairs::collectToReevaluate(const ProxyView& view, Pairs& toReevaluate,
                                         std::vector<std::uint32_t>& due)
 {
-    if (m_set.size() == 0 && m_markedRows == 0)
+    if (!mayHavePairs())
         return;
     for (std::uint32_t i = 0; i < view.dirtyCount; ++i)
     {

@@ -90,6 +90,8 @@ public:
     /// Forgets the refused pairs that are not listed.
     void unmarkAll() noexcept;
 
+    /// Whether there are pairs, listed or not.
+    bool mayHavePairs() const noexcept { return m_set.size() != 0 || m_markedRows != 0; }
     const Pairs& pairs() const noexcept { return m_set.pairs(); }
     std::size_t size() const noexcept { return m_set.size(); }
     std::uint64_t bytes() const noexcept

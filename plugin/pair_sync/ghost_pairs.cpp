@@ -140,12 +140,17 @@ bool GhostPairs::listNeighbours(std::uint32_t row, const Aabb& box, const QueryI
             m_neighbours.add(row, other);
     };
     visitGhostsNear(row, reach, list);
-    index.forEachOverlap(reach,
-                         [&](std::uint32_t other)
-                         {
-                             if (!m_ghostBoxes.contains(other))
-                                 list(other);
-                         });
+    const auto listBody = [&](std::uint32_t other)
+    {
+        if (!m_ghostBoxes.contains(other))
+            list(other);
+    };
+    // Between any two searches ghosts have walked on: among few rows their tree takes longer to follow than a scan.
+    constexpr std::uint32_t kFewRows = 512;
+    if (m_store.table().size() <= kFewRows)
+        index.scanOverlap(reach, listBody);
+    else
+        index.forEachOverlap(reach, listBody);
     if (m_neighbours.isListed(row))
         return true;
     m_neighbours.postpone(row);

@@ -73,6 +73,31 @@ void PairSync::update(float margin, const QueryIndex& index, btDispatcher* dispa
     if (!runBackend(view, before.needsRestart()))
         return;
     update.consumeChanges();
+    const bool hasChanges = hasPairsToApply() || hasCoarseChanges || before.mustReevaluateAll();
+    if (hasChanges)
+        applyChanges(view, before, hasCoarseChanges, index, dispatcher);
+    else
+        m_store.endUpdate();
+    m_expectedCount = m_adapter.count();
+    // New pairs of the backend that takes over are refused ones, as after a change of the cache.
+    update.end(m_allowedPairs != nullptr && !m_allowedPairs->isStillCrowd());
+    if (hasChanges || m_hadChanges)
+        trimMemory();
+    m_hadChanges = hasChanges;
+}
+
+/// Whether pairs change, or may change. Often none do, and to ask each step would show in worlds of a few bodies.
+bool PairSync::hasPairsToApply() const
+{
+    return !m_delta.added.empty() || !m_delta.removed.empty() || m_deferredPairs.mayHavePairs() ||
+           m_speculativePairs.size() != 0 || m_allowedPairs != nullptr;
+}
+
+/// Applies the delta and re-evaluates deferred pairs. The callbacks of the application run here.
+void PairSync::applyChanges(const ProxyView& view, const SyncState& before, bool hasCoarseChanges,
+                            const QueryIndex& index, btDispatcher* dispatcher)
+{
+    const float margin = view.margin;
     if (before.isCacheChanged())
         deferExternallyRemoved(view);
     collectToReevaluate(view, before.mustReevaluateAll());
@@ -89,9 +114,11 @@ void PairSync::update(float margin, const QueryIndex& index, btDispatcher* dispa
         log(LogLevel::Warning, "out of memory: the pair cache lacks pairs until the next update");
     if (mayBeginAllowedPairs())
         beginAllowedPairs(margin);
-    m_expectedCount = m_adapter.count();
-    // New pairs of the backend that takes over are refused ones, as after a change of the cache.
-    update.end(m_allowedPairs != nullptr && !m_allowedPairs->isStillCrowd());
+}
+
+/// Frees what a rare large update needed.
+void PairSync::trimMemory()
+{
     trimCapacity(m_delta.added);
     trimCapacity(m_delta.removed);
     trimCapacity(m_toReevaluate);

@@ -82,6 +82,10 @@ private:
     void deferSeparated(float margin);
     void applyRemoved(float margin, btDispatcher* dispatcher);
     void applyAdded(float margin);
+    bool hasPairsToApply() const;
+    void applyChanges(const ProxyView& view, const SyncState& before, bool hasCoarseChanges,
+                      const QueryIndex& index, btDispatcher* dispatcher);
+    void trimMemory();
     void askAgain(const QueryIndex& index, float margin);
     void askAgainOf(Proxy& proxy, const QueryIndex& index, float margin);
     bool isRefused(Pair pair, Proxy& first, Proxy& second) const;
@@ -126,6 +130,7 @@ private:
     int m_expectedCount = 0;                            // pairs in the cache if only PairSync has changed it
     std::uint64_t m_externalChanges = 0;                // the adapter's count at the last update
     SyncState m_state;
+    bool m_hadChanges = false;  // whether the last update had pairs to apply, so that the lists may be large
     std::uint64_t m_updatesTotal = 0;
     std::uint64_t m_restartsTotal = 0;
     std::uint64_t m_fallbacksTotal = 0;

@@ -189,8 +189,7 @@ void PairSync::askAllowedOf(Proxy& proxy, bool isFirst)
     {
         // The filter is code of the application, and may have destroyed one of the proxies.
         Proxy* const other = m_store.find(id);
-        if (other == nullptr || m_store.find(uniqueId) != &proxy ||
-            m_allowedPairs->contains(row, ProxyStore::rowOf(other)))
+        if (other == nullptr || m_store.find(uniqueId) != &proxy)
             continue;
         Proxy& first = id < uniqueId ? *other : proxy;
         Proxy& second = id < uniqueId ? proxy : *other;

@@ -5,6 +5,7 @@
 #include "cullet/demos/bench/losses/scripted_broadphase.h"
 #include "cullet/demos/program/stopwatch.h"
 #include "cullet/demos/scenes/box_scene.h"
+#include "cullet/demos/scenes/splitmix64.h"
 
 #include <BulletCollision/BroadphaseCollision/btOverlappingPairCallback.h>
 #include <BulletCollision/CollisionDispatch/btGhostObject.h>
@@ -52,12 +53,19 @@ protected:
     /// The next frame of the scene, for the rows from `first` on.
     void stepScene(std::uint32_t first = 0)
     {
-        m_scene->step();
+        const std::vector<Aabb>& boxes = nextBoxes();
         for (std::uint32_t row = first; row < size(); ++row)
-            place(row, toExactBox(m_scene->boxes()[row]));
+            place(row, toExactBox(boxes[row]));
     }
 
     const std::vector<Aabb>& sceneBoxes() const { return m_scene->boxes(); }
+
+    /// The boxes of the next frame of the scene.
+    const std::vector<Aabb>& nextBoxes()
+    {
+        m_scene->step();
+        return m_scene->boxes();
+    }
 
 private:
     std::unique_ptr<BoxScene> m_scene;
@@ -165,7 +173,9 @@ public:
 class RefusedLoss : public WalkingLoss
 {
 public:
-    explicit RefusedLoss(const LossSetup& setup) : WalkingLoss(setup, 0.5, 0.0)
+    /// @param allowedShare one pair in so many is allowed; 0: none
+    RefusedLoss(const LossSetup& setup, std::uint64_t allowedShare)
+        : WalkingLoss(setup, 0.5, 0.0), m_filter(allowedShare)
     {
         broadphase().getOverlappingPairCache()->setOverlapFilterCallback(&m_filter);
         createProxies();
@@ -176,12 +186,30 @@ public:
     ~RefusedLoss() override { destroy(); }
 
 private:
-    struct Refusal : btOverlapFilterCallback
+    /// Decides by the unique ids, which are the same on all sides.
+    class Refusal : public btOverlapFilterCallback
     {
-        bool needBroadphaseCollision(btBroadphaseProxy*, btBroadphaseProxy*) const override { return false; }
+    public:
+        explicit Refusal(std::uint64_t allowedShare) : m_allowedShare(allowedShare) {}
+
+        bool needBroadphaseCollision(btBroadphaseProxy* a, btBroadphaseProxy* b) const override
+        {
+            if (m_allowedShare == 0)
+                return false;
+            const Pair ids = makePair(static_cast<std::uint32_t>(a->m_uniqueId),
+                                      static_cast<std::uint32_t>(b->m_uniqueId));
+            return splitMix(pairKey(ids)) % m_allowedShare == 0;
+        }
+
+    private:
+        std::uint64_t m_allowedShare;
     };
 
-    bool allowsPairs() const override { return false; }
+    bool allows(const btBroadphaseProxy& a, const btBroadphaseProxy& b) const override
+    {
+        return m_filter.needBroadphaseCollision(const_cast<btBroadphaseProxy*>(&a),
+                                                const_cast<btBroadphaseProxy*>(&b));
+    }
 
     Refusal m_filter;
 };
@@ -238,16 +266,19 @@ public:
 
     double run() override
     {
-        double milliseconds = 0.0;
-        for (int frame = 0; frame < 20; ++frame)
+        // All frames at once: to read a clock takes longer than a frame of a few bodies.
+        std::vector<std::vector<Aabb>> frames(20);
+        for (std::vector<Aabb>& frame : frames)
+            frame = nextBoxes();
+        const Stopwatch watch;
+        for (const std::vector<Aabb>& frame : frames)
         {
-            stepScene();
-            const Stopwatch watch;
+            for (std::uint32_t row = 0; row < size(); ++row)
+                place(row, toExactBox(frame[row]));
             setBoxes();
             findPairs();
-            milliseconds += watch.wallMs();
         }
-        return milliseconds;
+        return watch.wallMs();
     }
 };
 
@@ -281,8 +312,9 @@ class PlanningLoss : public ScriptedBroadphase
 public:
     enum class Motion
     {
-        Teleports,  ///< links are somewhere else in each check
-        Steps       ///< links move by up to 2 cm on each axis
+        Teleports,    ///< links are somewhere else in each check
+        Steps,        ///< links move by up to 2 cm on each axis
+        OtherFilters  ///< as Teleports, and one link is created anew with other filter words, as planners do
     };
 
     PlanningLoss(const LossSetup& setup, Motion motion)
@@ -312,6 +344,8 @@ protected:
             for (std::uint32_t row = m_firstLink; row < size(); ++row)
                 place(row, m_motion == Motion::Steps ? stepped(box(row)) : drawBox());
             const Stopwatch watch;
+            if (m_motion == Motion::OtherFilters)
+                changeFilter(m_firstLink + static_cast<std::uint32_t>(pose) % (size() - m_firstLink));
             setBoxes(m_firstLink);
             findPairs();
             broadphase().getOverlappingPairCache()->processAllOverlappingPairs(&m_counter, nullptr);
@@ -333,6 +367,13 @@ private:
         }
         std::uint64_t count = 0;
     };
+
+    /// The link no longer meets other links, or meets them again.
+    void changeFilter(std::uint32_t link)
+    {
+        broadphase().getOverlappingPairCache()->cleanProxyFromPairs(&proxy(link), nullptr);
+        createAgain(link, kLinkGroup, kStaticGroup | (proxy(link).m_collisionFilterMask ^ kLinkGroup));
+    }
 
     /// Boxes of 10 to 30 cm in a room of 4 m.
     ExactBox drawBox()
@@ -412,7 +453,12 @@ std::unique_ptr<LossSide> makeFarLoss(const LossSetup& setup)
 
 std::unique_ptr<LossSide> makeRefusedLoss(const LossSetup& setup)
 {
-    return std::make_unique<RefusedLoss>(setup);
+    return std::make_unique<RefusedLoss>(setup, 0);
+}
+
+std::unique_ptr<LossSide> makeMostlyRefusedLoss(const LossSetup& setup)
+{
+    return std::make_unique<RefusedLoss>(setup, 16);
 }
 
 std::unique_ptr<LossSide> makeMaskedLoss(const LossSetup& setup)
@@ -443,6 +489,11 @@ std::unique_ptr<LossSide> makePlanningLoss(const LossSetup& setup)
 std::unique_ptr<LossSide> makePlanningStepsLoss(const LossSetup& setup)
 {
     return std::make_unique<PlanningLoss>(setup, PlanningLoss::Motion::Steps);
+}
+
+std::unique_ptr<LossSide> makePlanningFiltersLoss(const LossSetup& setup)
+{
+    return std::make_unique<PlanningLoss>(setup, PlanningLoss::Motion::OtherFilters);
 }
 
 std::unique_ptr<LossSide> makePlanningFromConstructionLoss(const LossSetup& setup)

@@ -21,6 +21,8 @@ std::unique_ptr<LossSide> makeFarLoss(const LossSetup& setup);
 std::unique_ptr<LossSide> makeRefusedLoss(const LossSetup& setup);
 
 /// The same boxes without a callback; their filter words refuse all pairs.
+std::unique_ptr<LossSide> makeMostlyRefusedLoss(const LossSetup& setup);
+
 std::unique_ptr<LossSide> makeMaskedLoss(const LossSetup& setup);
 
 /// A new broad phase in each run: all bodies are created at one spot, which makes n (n - 1) / 2 pairs, and move apart.
@@ -40,6 +42,8 @@ std::unique_ptr<LossSide> makePlanningLoss(const LossSetup& setup);
 std::unique_ptr<LossSide> makePlanningStepsLoss(const LossSetup& setup);
 
 /// A new broad phase in each run, with 20 of these poses.
+std::unique_ptr<LossSide> makePlanningFiltersLoss(const LossSetup& setup);
+
 std::unique_ptr<LossSide> makePlanningFromConstructionLoss(const LossSetup& setup);
 
 /// Ten broad phases a run, each created with its bodies and destroyed.

@@ -20,5 +20,13 @@ std::unique_ptr<LossSide> makeRaysMovingLoss(const LossSetup& setup);
 
 /// One ray a frame on bodies that never move.
 std::unique_ptr<LossSide> makeRayRestingLoss(const LossSetup& setup);
+
+std::unique_ptr<LossSide> makeSweepMovingLoss(const LossSetup& setup);
+
+std::unique_ptr<LossSide> makeSweepRestingLoss(const LossSetup& setup);
+
+std::unique_ptr<LossSide> makeBoxMovingLoss(const LossSetup& setup);
+
+std::unique_ptr<LossSide> makeBoxRestingLoss(const LossSetup& setup);
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

@@ -4,6 +4,8 @@
 
 #include "cullet/demos/program/heap_usage.h"
 
+#include <algorithm>
+
 namespace cullet
 {
 inline namespace CULLET_PRECISION
@@ -50,14 +52,34 @@ void ScriptedBroadphase::makeBroadphase()
     m_broadphase = makeNamedBroadphase(request);
     if (m_margin >= 0)
         m_broadphase.margin = m_margin;
+    m_rows.clear();
+}
+
+void ScriptedBroadphase::createProxy(std::uint32_t row)
+{
+    Body& body = m_bodies[row];
+    body.proxy = broadphase().createProxy(toPoint(body.box.min), toPoint(body.box.max), 0, body.client,
+                                          body.group, body.mask, nullptr);
+    const auto id = static_cast<std::uint32_t>(body.proxy->m_uniqueId);
+    m_rows.resize(std::max<std::size_t>(m_rows.size(), id + 1));
+    m_rows[id] = row;
 }
 
 void ScriptedBroadphase::createProxies()
 {
     const MarginScope margin(m_broadphase.margin);
-    for (Body& body : m_bodies)
-        body.proxy = broadphase().createProxy(toPoint(body.box.min), toPoint(body.box.max), 0, body.client,
-                                              body.group, body.mask, nullptr);
+    for (std::uint32_t row = 0; row < size(); ++row)
+        createProxy(row);
+}
+
+void ScriptedBroadphase::createAgain(std::uint32_t row, int group, int mask)
+{
+    const MarginScope margin(m_broadphase.margin);
+    Body& body = m_bodies[row];
+    broadphase().destroyProxy(body.proxy, nullptr);
+    body.group = group;
+    body.mask = mask;
+    createProxy(row);
 }
 
 void ScriptedBroadphase::setBoxes(std::uint32_t first)
@@ -94,11 +116,6 @@ void ScriptedBroadphase::destroy()
     m_broadphase = {};
 }
 
-std::uint32_t ScriptedBroadphase::rowOf(const btBroadphaseProxy& proxy) const
-{
-    return static_cast<std::uint32_t>(proxy.m_uniqueId - m_bodies.front().proxy->m_uniqueId);
-}
-
 PairDigest ScriptedBroadphase::answer()
 {
     PairDigest digest;
@@ -116,8 +133,6 @@ PairDigest ScriptedBroadphase::answer()
 PairDigest ScriptedBroadphase::exactAnswer()
 {
     PairDigest digest;
-    if (!allowsPairs())
-        return digest;
     std::vector<ExactBox> boxes;
     for (const Body& body : m_bodies)
         boxes.push_back(storedBox(*body.proxy));
@@ -125,7 +140,7 @@ PairDigest ScriptedBroadphase::exactAnswer()
     {
         const Body& a = m_bodies[pair.first];
         const Body& b = m_bodies[pair.second];
-        if ((a.group & b.mask) != 0 && (b.group & a.mask) != 0)
+        if ((a.group & b.mask) != 0 && (b.group & a.mask) != 0 && allows(*a.proxy, *b.proxy))
             digest.add(pair);
     }
     return digest;

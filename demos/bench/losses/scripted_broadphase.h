@@ -41,6 +41,8 @@ protected:
     /// Makes the broad phase without a proxy.
     void makeBroadphase();
     void createProxies();
+    /// Destroys the proxy of the row and creates one with other filter words.
+    void createAgain(std::uint32_t row, int group, int mask);
     /// Sets the boxes of the rows from `first` on.
     void setBoxes(std::uint32_t first = 0);
     void findPairs();
@@ -50,19 +52,25 @@ protected:
     btBroadphaseInterface& broadphase() { return *m_broadphase.broadphase; }
     std::uint32_t size() const { return static_cast<std::uint32_t>(m_bodies.size()); }
     const ExactBox& box(std::uint32_t row) const { return m_bodies[row].box; }
+    btBroadphaseProxy& proxy(std::uint32_t row) { return *m_bodies[row].proxy; }
     const LossSetup& setup() const { return m_setup; }
 
-    /// Whether the script's filter callback, if there is one, lets pairs pass.
-    virtual bool allowsPairs() const { return true; }
+    /// Whether the script's filter callback, if there is one, lets a pair pass.
+    virtual bool allows(const btBroadphaseProxy& /*a*/, const btBroadphaseProxy& /*b*/) const { return true; }
 
-    /// The row of a proxy: unique ids ascend in the order of creation.
-    std::uint32_t rowOf(const btBroadphaseProxy& proxy) const;
+    std::uint32_t rowOf(const btBroadphaseProxy& proxy) const
+    {
+        return m_rows[static_cast<std::uint32_t>(proxy.m_uniqueId)];
+    }
 
 private:
+    void createProxy(std::uint32_t row);
+
     LossSetup m_setup;
     btScalar m_margin;
     NamedBroadphase m_broadphase;
     std::vector<Body> m_bodies;
+    std::vector<std::uint32_t> m_rows;  ///< by unique id of a proxy
 };
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

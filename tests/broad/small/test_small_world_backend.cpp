@@ -7,6 +7,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <map>
 #include <memory>
 #include <string>
@@ -227,6 +228,81 @@ TEST(SmallWorldBackend, KeepsPairsWhenColumnGridTakesOver)
     EXPECT_TRUE(session.reported({}, {}));
     EXPECT_NE(std::string(session.backend().stats().path).substr(0, 4), "flat");
     EXPECT_EQ(session.pairs().size(), 99u);
+}
+
+TEST(SmallWorldBackend, TestsFewBoxesOnceForEachPairAndHasPairsOfOracle)
+{
+    constexpr std::uint32_t kSeed = 43;
+    SCOPED_TRACE("seed " + std::to_string(kSeed));
+    Random random(kSeed);
+    std::size_t mostPairs = 0;
+    int inShells = 0;
+    for (const std::uint32_t count : {1u, 2u, 3u, 8u, 16u})
+    {
+        BackendSession session(std::make_unique<SmallWorldBackend>(false));
+        session.margin = 0.05f;
+        const auto anyBox = [&]
+        {
+            Aabb box = boxAt(random.point(0, 2));
+            if (random.chance(0.1f))
+                box = {{-kInfinity, -kInfinity, -kInfinity}, {kInfinity, kInfinity, kInfinity}};
+            return random.chance(0.1f) ? kEmptyAabb : box;
+        };
+        std::vector<ProxyId> rows;
+        for (std::uint32_t i = 0; i < count; ++i)
+            rows.push_back(session.add(anyBox()));
+        for (int update = 0; update < 300; ++update)
+        {
+            // Some updates move all, some a few, and in some phases boxes stay inside their skins.
+            const bool isCalm = update / 60 % 2 == 1;
+            for (const ProxyId row : rows)
+            {
+                if (isCalm)
+                    session.table.setBox(
+                        row, translated(session.table.box(row), 0, 0, update % 2 == 0 ? 1e-3f : -1e-3f));
+                else if (update % 3 == 0 || random.chance(0.2f))
+                    session.table.setBox(row, anyBox());
+            }
+            if (update % 11 == 5)
+            {
+                ProxyId& row = rows[random.below(count)];
+                session.table.destroy(row);
+                row = session.add(anyBox());
+            }
+            ASSERT_TRUE(session.step()) << count << " rows, update " << update;
+            const BackendStats stats = session.backend().stats();
+            inShells += std::string(stats.path) == "flat in shells";
+            // A row that was destroyed is one more for an update.
+            if (std::string(stats.path) == "flat" && update > 0 && session.table.size() <= 16)
+            {
+                ASSERT_LE(stats.candidates, std::uint64_t{session.table.size()} * session.table.size());
+            }
+            mostPairs = std::max(mostPairs, session.pairs().size());
+        }
+    }
+    EXPECT_GT(mostPairs, 20u);
+    EXPECT_GT(inShells, 50);
+}
+
+TEST(SmallWorldBackend, TestsEachPairOnceWhereMostBoxesMoveAndSomeDoNot)
+{
+    constexpr std::uint32_t kRows = 320;
+    BackendSession session(std::make_unique<SmallWorldBackend>(false));
+    Random random(44);
+    std::vector<ProxyId> rows;
+    for (std::uint32_t i = 0; i < kRows; ++i)
+        rows.push_back(session.add(boxAt(random.point(0, 12))));
+    ASSERT_TRUE(session.step());
+    for (const std::uint32_t moved : {kRows, kRows - 1, kRows / 2 + 1, 20u})
+    {
+        for (std::uint32_t i = 0; i < moved; ++i)
+            session.table.setBox(rows[i], boxAt(random.point(0, 12)));
+        ASSERT_TRUE(session.step());
+        // 64 rows are tested at a time.
+        const std::uint32_t most = 2 * moved > kRows ? kRows * (kRows / 2 + 64) : moved * kRows;
+        EXPECT_LE(session.backend().stats().candidates, most) << moved;
+    }
+    EXPECT_GT(session.pairs().size(), 50u);
 }
 
 /// A world of the default grid with a hundred rows more than a SmallWorldBackend takes in any case.

@@ -297,32 +297,57 @@ private:
     std::unique_ptr<Backend> m_grid;
 };
 
-TEST(LossCases, AskGridInsteadOfTreeOrScanForOneRayInFrame)
+enum class Question
+{
+    Ray,
+    Sweep,
+    Box
+};
+
+/// Asks a broad phase around the place; returns the number of hits.
+std::size_t ask(Broadphase& broadphase, Question question, const btVector3& place)
+{
+    const btVector3 to = place + vec(20, 3, 1), half = vec(0.5, 0.5, 0.5);
+    RayHits hits(place, to);
+    if (question == Question::Box)
+        broadphase.aabbTest(place - 2 * half, place + 2 * half, hits);
+    else if (question == Question::Sweep)
+        broadphase.rayTest(place, to, hits, -half, half);
+    else
+        broadphase.rayTest(place, to, hits);
+    return hits.ids.size();
+}
+
+class LossOfQueries : public testing::TestWithParam<std::pair<Question, bool>>
+{
+};
+
+INSTANTIATE_TEST_SUITE_P(All, LossOfQueries,
+                         testing::Values(std::pair{Question::Ray, false}, std::pair{Question::Ray, true},
+                                         std::pair{Question::Sweep, false}, std::pair{Question::Sweep, true},
+                                         std::pair{Question::Box, false}, std::pair{Question::Box, true}));
+
+TEST_P(LossOfQueries, AsksGridInsteadOfTreeOrScanForOneQueryInFrame)
 {
     constexpr std::uint32_t kFrames = 20, kBodies = 20000;
-    for (const bool moves : {false, true})
+    const auto [question, moves] = GetParam();
+    AskedGrid::Count count;
+    CountedCubes cubes(std::make_unique<AskedGrid>(count));
+    for (std::uint32_t i = 0; i < kBodies; ++i)
+        cubes.add(vec(cubes.random().point(0, 60)));
+    std::size_t hits = 0;
+    for (std::uint32_t frame = 0; frame < kFrames; ++frame)
     {
-        AskedGrid::Count count;
-        CountedCubes cubes(std::make_unique<AskedGrid>(count));
-        for (std::uint32_t i = 0; i < kBodies; ++i)
-            cubes.add(vec(cubes.random().point(0, 60)));
-        std::size_t hits = 0;
-        for (std::uint32_t frame = 0; frame < kFrames; ++frame)
-        {
-            if (moves)
-                cubes.walk(0.05);
-            cubes.update();
-            const btVector3 from = vec(cubes.random().point(0, 60));
-            RayHits ray(from, from + vec(20, 3, 1));
-            cubes.broadphase().rayTest(from, from + vec(20, 3, 1), ray);
-            hits += ray.ids.size();
-        }
-        EXPECT_GT(hits, 10u);
-        EXPECT_EQ(count.answers, kFrames) << moves;
-        EXPECT_LT(count.cost, kFrames * kBodies / 40) << moves;
-        EXPECT_EQ(cubes.broadphase().stats().queryTreeBuildsTotal, 0u) << moves;
-        EXPECT_EQ(cubes.broadphase().stats().queryTreeSyncsTotal, 0u) << moves;
+        if (moves)
+            cubes.walk(0.05);
+        cubes.update();
+        hits += ask(cubes.broadphase(), question, vec(cubes.random().point(0, 60)));
     }
+    EXPECT_GT(hits, 10u);
+    EXPECT_EQ(count.answers, kFrames);
+    EXPECT_LT(count.cost, kFrames * kBodies / 40);
+    EXPECT_EQ(cubes.broadphase().stats().queryTreeBuildsTotal, 0u);
+    EXPECT_EQ(cubes.broadphase().stats().queryTreeSyncsTotal, 0u);
 }
 
 TEST(LossCases, SearchGhostsThatWalkInFewOfTheirMovesAndSeldomBuildTheTree)
