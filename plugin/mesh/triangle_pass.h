@@ -3,11 +3,11 @@
 #pragma once
 
 #include "cullet/plugin/mesh/active_edges.h"
-#include "cullet/plugin/mesh/convex_mesh_hull.h"
 #include "cullet/plugin/mesh/kept_triangles.h"
 #include "cullet/plugin/mesh/mesh_points.h"
 #include "cullet/plugin/mesh/triangle_batch.h"
 #include "cullet/plugin/mesh/triangle_search.h"
+#include "cullet/plugin/shapes/convex_mesh_hull.h"
 
 #include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
 #include <BulletCollision/CollisionDispatch/btManifoldResult.h>
