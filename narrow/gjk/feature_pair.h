@@ -57,20 +57,21 @@ public:
     /// @return false if the features are not unique; then no other result is valid
     bool solve(const VertexPairs& pairs, const Eigen::Vector3d& about, bool isDeep)
     {
-        const Ids ofA = distinctVertices(pairs.a, pairs.count), ofB = distinctVertices(pairs.b, pairs.count);
         m_isDeep = isDeep;
         m_about = about;
-        if (!areValidIds(ofA, m_a.shape) || !areValidIds(ofB, m_b.shape))
-            return false;
-        m_vertexA = ofA.id[0];
-        m_vertexB = ofB.id[0];
-        m_areCorners = false;
-        bool isSolved = false;
-        if (ofA.count < 3 && ofB.count < 3)
-            isSolved = solveEdges(ofA, ofB);
-        else if (ofA.count == 1 || ofB.count == 1)
-            isSolved = solveFace(ofA, ofB);
-        return (isSolved || solveLevel(ofA.id[0], ofB.id[0])) && isCertain();
+        const Ids ofA = distinctVertices(pairs.a, pairs.count), ofB = distinctVertices(pairs.b, pairs.count);
+        return areValidIds(ofA, m_a.shape) && areValidIds(ofB, m_b.shape) &&
+               (solveStrict(ofA, ofB) || solveLevel(ofA.id[0], ofB.id[0])) && isCertain();
+    }
+
+    /// As solve() for hulls that do not overlap, without a result if features are level.
+    bool solveStrict(const VertexPairs& pairs, const Eigen::Vector3d& about)
+    {
+        m_isDeep = false;
+        m_about = about;
+        const Ids ofA = distinctVertices(pairs.a, pairs.count), ofB = distinctVertices(pairs.b, pairs.count);
+        return areValidIds(ofA, m_a.shape) && areValidIds(ofB, m_b.shape) && solveStrict(ofA, ofB) &&
+               isCertain();
     }
 
     /// As solve(), for two hulls of which one lies on a face of the other, from vertices of these: the lowest vertex over
@@ -160,6 +161,16 @@ private:
     {
         const double sure = kTouchUncertainty * m_size;
         return m_isDeep ? m_distance < -sure : m_distance > sure;
+    }
+
+    bool solveStrict(const Ids& ofA, const Ids& ofB)
+    {
+        m_vertexA = ofA.id[0];
+        m_vertexB = ofB.id[0];
+        m_areCorners = false;
+        if (ofA.count < 3 && ofB.count < 3)
+            return solveEdges(ofA, ofB);
+        return (ofA.count == 1 || ofB.count == 1) && solveFace(ofA, ofB);
     }
 
     // Edges and vertices

@@ -16,8 +16,10 @@ namespace
 {
 ChildKind kindOf(const btCollisionAlgorithm& algorithm)
 {
+    if (IsaGjkRegistration::isOfMesh(algorithm))
+        return ChildKind::Mesh;
     if (isExactly<IsaGjkAlgorithm>(algorithm) || isExactly<BoxBoxAlgorithm>(algorithm) ||
-        IsaGjkRegistration::isOfMesh(algorithm) || IsaGjkRegistration::isOfCompound(algorithm))
+        IsaGjkRegistration::isOfCompound(algorithm))
         return ChildKind::Own;
     return isExactly<btConvexPlaneCollisionAlgorithm>(algorithm) ? ChildKind::Plane : ChildKind::Bullets;
 }

@@ -22,8 +22,15 @@ enum class ChildKind : std::uint8_t
 {
     Bullets,  ///< its manifolds are refreshed before all children are processed, as in Bullet
     Plane,    ///< Bullet's for a plane, without contacts unless the child is near
-    Own       ///< of cullet: refreshes its manifold when it is processed, as that of a pair of bodies does
+    Mesh,  ///< of cullet, for a convex child over a mesh: as Own, without contacts unless there are triangles
+    Own    ///< of cullet: refreshes its manifold when it is processed, as that of a pair of bodies does
 };
+
+/// Whether an algorithm refreshes its manifold when it is processed.
+inline bool refreshesItself(ChildKind kind)
+{
+    return kind >= ChildKind::Mesh;
+}
 
 /// What is known of the algorithm of a child, or of a pair of children.
 struct ChildState
@@ -31,7 +38,7 @@ struct ChildState
     btScalar breakingThreshold = 0;     ///< of a Plane's manifold
     std::uint8_t typeA = 0, typeB = 0;  ///< of the shapes for which the algorithm was made
     ChildKind kind = ChildKind::Bullets;
-    bool mayTouch = true;      ///< false: a Plane's manifold has no contacts
+    bool mayTouch = true;      ///< false: the manifold of a Plane or Mesh has no contacts
     bool isProcessed = false;  ///< in this call
 };
 

@@ -3,6 +3,8 @@
 #include "cullet/plugin/compound/compound_algorithm.h"
 
 #include "cullet/plugin/core/dynamic_type.h"
+#include "cullet/plugin/mesh/mesh_algorithm.h"
+#include "cullet/plugin/mesh/mesh_region.h"
 
 #include <BulletCollision/CollisionShapes/btStaticPlaneShape.h>
 
@@ -43,13 +45,67 @@ private:
     const btVector3 m_normal, m_magnitudes;
     const btScalar m_height, m_size;
 };
+/// The triangles of a mesh near a compound. Children where there are none have no contacts.
+class MeshBound
+{
+public:
+    /// @param region to use; its memory is kept between calls
+    MeshBound(const btCollisionObjectWrapper& compound, const btCollisionObjectWrapper& mesh,
+              MeshRegion& region)
+        : m_region(region),
+          m_fromWorld(mesh.getWorldTransform().inverse()),
+          m_margin(mesh.getCollisionShape()->getMargin())
+    {
+        const Box box = boxOf(*compound.getCollisionShape(), compound.getWorldTransform());
+        // Room for what rounding adds to boxes of children.
+        const btVector3 more = (box.high - box.low) * kMore;
+        m_region.find(static_cast<const btConcaveShape&>(*mesh.getCollisionShape()), box.low - more,
+                      box.high + more, kMostLeaves);
+    }
+
+    MeshRegion& region() { return m_region; }
+
+    /// Whether the mesh has no triangle in a child's box.
+    bool isFar(const PlacedChild& child) const
+    {
+        const Box box = boxOf(*child.shape, child.at);
+        return m_region.covers(box.low, box.high) && !m_region.hasTriangles(box.low, box.high);
+    }
+
+private:
+    /// A compound with more triangles around it is large or sparse: most are far from all children.
+    static constexpr std::size_t kMostLeaves = 256;
+    static constexpr btScalar kMore = btScalar(0.01);
+
+    struct Box
+    {
+        btVector3 low, high;
+    };
+
+    /// The box in which a child's algorithm asks for triangles, with the same bits.
+    Box boxOf(const btCollisionShape& shape, const btTransform& at) const
+    {
+        const btVector3 margin(m_margin, m_margin, m_margin);
+        Box box;
+        shape.getAabb(m_fromWorld * at, box.low, box.high);
+        return {box.low - margin, box.high + margin};
+    }
+
+    MeshRegion& m_region;
+    const btTransform m_fromWorld;
+    const btScalar m_margin;
+};
 }  // namespace
 
 struct CompoundAlgorithm::Children
 {
+    /// With fewer, to search a region costs as much as it saves.
+    static constexpr int kFewForRegion = 3;
+
     btAlignedObjectArray<ChildState> states;  ///< of each child with an algorithm
     btAlignedObjectArray<int> live;           ///< children with an algorithm, ascending between calls
     bool isAscending = true;                  ///< live is
+    MeshRegion region;                        ///< of one call; its memory is kept
 };
 
 /// One call, whose children are visited in the order of the compound's tree.
@@ -69,6 +125,8 @@ public:
         shape.getAabb(other.getWorldTransform(), m_low, m_high);
         if (isExactly<btStaticPlaneShape>(shape))
             m_plane.emplace(static_cast<const btStaticPlaneShape&>(shape), other.getWorldTransform());
+        if (shape.isConcave() && children.live.size() > Children::kFewForRegion)
+            m_mesh.emplace(compound, other, children.region);
     }
 
     void run()
@@ -118,8 +176,16 @@ private:
         btCollisionAlgorithm* const algorithm = algorithmOf(wrap);
         ChildState& state = m_children.states[index];
         state.isProcessed = true;
-        if (state.mayTouch || !m_plane || !m_plane->isFar(child.low, child.high, state.breakingThreshold))
+        if (state.mayTouch || !isFar(child, state))
             process(*algorithm, wrap, state);
+    }
+
+    /// Whether a child whose manifold has no contacts gets none.
+    bool isFar(const PlacedChild& child, const ChildState& state) const
+    {
+        if (m_plane)
+            return m_plane->isFar(child.low, child.high, state.breakingThreshold);
+        return m_mesh && m_mesh->isFar(child);
     }
 
     btCollisionAlgorithm* algorithmOf(const btCollisionObjectWrapper& wrap)
@@ -161,9 +227,15 @@ private:
             m_result.setShapeIdentifiersB(-1, wrap.m_index);
         }
         state.mayTouch = true;
-        algorithm.processCollision(&wrap, &m_other, m_info, &m_result);
+        m_result.setPersistentManifold(nullptr);
+        if (m_mesh && state.kind == ChildKind::Mesh)
+            static_cast<MeshAlgorithm&>(algorithm).processNear(m_mesh->region(), wrap, m_other, m_info,
+                                                               m_result);
+        else
+            algorithm.processCollision(&wrap, &m_other, m_info, &m_result);
         isFirst ? m_result.setBody0Wrap(outer) : m_result.setBody1Wrap(outer);
-        if (state.kind == ChildKind::Plane && m_result.getPersistentManifold() != nullptr)
+        const bool mayBeFar = state.kind == ChildKind::Plane || state.kind == ChildKind::Mesh;
+        if (mayBeFar && m_result.getPersistentManifold() != nullptr)
         {
             const btPersistentManifold& manifold = *m_result.getPersistentManifold();
             state.mayTouch = manifold.getNumContacts() > 0;
@@ -179,6 +251,7 @@ private:
     btManifoldResult& m_result;
     btVector3 m_low, m_high;  ///< the box of the other shape
     std::optional<PlaneBound> m_plane;
+    std::optional<MeshBound> m_mesh;
 };
 
 CompoundAlgorithm::CompoundAlgorithm(const btCollisionAlgorithmConstructionInfo& info,
@@ -244,7 +317,7 @@ void CompoundAlgorithm::refreshFirst(Children& children, btManifoldResult& resul
     {
         ChildState& state = children.states[children.live[i]];
         state.isProcessed = false;
-        if (state.kind == ChildKind::Own ? refreshesAll : state.mayTouch)
+        if (refreshesItself(state.kind) ? refreshesAll : state.mayTouch)
             refresh(*m_childCollisionAlgorithms[children.live[i]]);
     }
 }
@@ -266,7 +339,7 @@ void CompoundAlgorithm::destroyFarChildren(Children& children, const Pass& pass,
             destroy(*std::exchange(algorithm, nullptr), *m_dispatcher);
             continue;
         }
-        if (!state.isProcessed && state.kind == ChildKind::Own)
+        if (!state.isProcessed && refreshesItself(state.kind))
             refresh(*algorithm);
         children.live[kept++] = index;
     }

@@ -238,7 +238,7 @@ void CompoundPairAlgorithm::refreshFirst(Pairs& pairs, btManifoldResult& result)
     for (int i = 0; i < pairs.states.size(); ++i)
     {
         pairs.states[i].isProcessed = false;
-        if (refreshesAll || pairs.states[i].kind != ChildKind::Own)
+        if (refreshesAll || !refreshesItself(pairs.states[i].kind))
             refresh(algorithmOf(pairs.array()[i]));
     }
 }
@@ -255,7 +255,7 @@ void CompoundPairAlgorithm::destroyFarPairs(Pairs& pairs, const Pass& pass, btMa
             continue;
         if (!pass.isNear(pair))
             far.push_back(pair);
-        else if (pairs.states[i].kind == ChildKind::Own)
+        else if (refreshesItself(pairs.states[i].kind))
             refresh(algorithmOf(pair));
     }
     for (int i = 0; i < far.size(); ++i)

@@ -3,6 +3,7 @@
 #include "cullet/plugin/convex/contact_search.h"
 
 #include "cullet/narrow/epa/epa.h"
+#include "cullet/narrow/gjk/facing_faces.h"
 #include "cullet/narrow/gjk/feature_pair.h"
 #include "cullet/narrow/gjk/gjk.h"
 #include "cullet/narrow/gjk/isa_gjk.h"
@@ -40,12 +41,15 @@ Eigen::Vector3d renormalized(const Eigen::Matrix<btScalar, 3, 1>& axis)
     return v * (1.5 - 0.5 * v.squaredNorm());
 }
 
+std::int32_t idOf(std::uint16_t cached)
+{
+    return cached == GjkCache<btScalar>::kUnknown ? -1 : std::int32_t(cached);
+}
+
 Touch touchAt(const GjkResult<btScalar>& near, const GjkCache<btScalar>& cache)
 {
-    const auto vertexOf = [](std::uint16_t id)
-    { return id == GjkCache<btScalar>::kUnknown ? -1 : std::int32_t(id); };
     Touch touch = {renormalized(near.axis), double(near.distance), near.pointB.cast<double>(),
-                   vertexOf(cache.startA), vertexOf(cache.startB)};
+                   idOf(cache.startA), idOf(cache.startB)};
     touch.areCorners =
         cache.count == 1 && cache.verticesA[0] == cache.startA && cache.verticesB[0] == cache.startB;
     return touch;
@@ -75,13 +79,34 @@ GjkState stateOf(const Touch& touch, btScalar limit)
     return touch.distance <= double(limit) ? GjkState::Near : GjkState::Separated;
 }
 
+Eigen::Vector3d axisOf(const GjkCache<btScalar>& cache)
+{
+    return {cache.axis[0], cache.axis[1], cache.axis[2]};
+}
+
+void rememberTouch(const Touch& touch, btScalar limit, GjkCache<btScalar>& cache)
+{
+    GjkSearch<PosedShape, PosedShape>::rememberAxis(touch.normal, touch.vertexA, touch.vertexB, cache);
+    cache.state = stateOf(touch, limit);
+}
+
 /// Saves the search if the closest features are those of the last query.
 bool solveLastFeatures(const ConvexCores& cores, btScalar limit, GjkCache<btScalar>& cache, Touch& touch)
 {
-    if (!solveFeatures(cores, pairsOf(cache), {cache.axis[0], cache.axis[1], cache.axis[2]}, touch))
+    if (!solveFeatures(cores, pairsOf(cache), axisOf(cache), touch))
         return false;
-    GjkSearch<PosedShape, PosedShape>::rememberAxis(touch.normal, touch.vertexA, touch.vertexB, cache);
-    cache.state = stateOf(touch, limit);
+    rememberTouch(touch, limit, cache);
+    return true;
+}
+
+/// solveLastFeatures() for features that are not level.
+bool solveLastEdges(const ConvexCores& cores, btScalar limit, GjkCache<btScalar>& cache, Touch& touch)
+{
+    FeaturePair<btScalar> features(*cores.a, *cores.b);
+    if (!features.solveStrict(pairsOf(cache), axisOf(cache)))
+        return false;
+    touch = touchAt(features);
+    rememberTouch(touch, limit, cache);
     return true;
 }
 
@@ -114,31 +139,46 @@ bool solveNearFaces(const ConvexCores& cores, btScalar limit, GjkCache<btScalar>
     // In double, a tilt of some roundings may be level or not by the face that the last axis is nearest to.
     if constexpr (sizeof(btScalar) == sizeof(double))
         return false;
-    const auto vertexOf = [](std::uint16_t id)
-    { return id == GjkCache<btScalar>::kUnknown ? -1 : std::int32_t(id); };
     const VertexPairs last = pairsOf(cache);
     FeaturePair<btScalar> features(*cores.a, *cores.b);
-    if (!features.solveNearFaces(vertexOf(cache.startA), vertexOf(cache.startB),
-                                 {cache.axis[0], cache.axis[1], cache.axis[2]},
+    if (!features.solveNearFaces(idOf(cache.startA), idOf(cache.startB), axisOf(cache),
                                  distinctVertices(last.a, last.count).count == 3))
         return false;
     touch = touchAt(features);
-    GjkSearch<PosedShape, PosedShape>::rememberAxis(touch.normal, touch.vertexA, touch.vertexB, cache);
+    rememberTouch(touch, limit, cache);
     rememberPairs(features.pairs(), cache);
-    cache.state = stateOf(touch, limit);
     return true;
 }
 
-/// Saves the search if the closest features are those of the last query, or of the same face.
+/// Distance and closest points if a corner or an edge of a face of one hull is over a face of the other: those at which the
+/// last search ended.
+bool solveFacingFaces(const ConvexCores& cores, btScalar limit, GjkCache<btScalar>& cache, Touch& touch)
+{
+    const Eigen::Vector3d about = axisOf(cache);
+    const FacingFaces<btScalar> faces(*cores.a, *cores.b, idOf(cache.startA), idOf(cache.startB), about);
+    FeaturePair<btScalar> features(*cores.a, *cores.b);
+    if (!faces.isFound() || !features.solveStrict(faces.pairs(), about))
+        return false;
+    touch = touchAt(features);
+    rememberTouch(touch, limit, cache);
+    rememberPairs(faces.pairs(), cache);
+    return true;
+}
+
+/// Saves the search if the closest features are those of the last query, or of the same faces. What is most likely is
+/// tried first; any order gives the same result.
 bool solveKnownFeatures(const ConvexCores& cores, btScalar limit, GjkCache<btScalar>& cache, Touch& touch)
 {
+    const auto solves = [&](auto... functions) { return (functions(cores, limit, cache, touch) || ...); };
     const VertexPairs last = pairsOf(cache);
-    const bool isFace =
-        distinctVertices(last.a, last.count).count == 3 || distinctVertices(last.b, last.count).count == 3;
-    if (isFace && solveNearFaces(cores, limit, cache, touch))
-        return true;
-    return solveLastFeatures(cores, limit, cache, touch) ||
-           (!isFace && solveNearFaces(cores, limit, cache, touch));
+    const int ofA = distinctVertices(last.a, last.count).count,
+              ofB = distinctVertices(last.b, last.count).count;
+    if (ofA == 3 || ofB == 3)
+        return solves(solveNearFaces, solveLastFeatures, solveFacingFaces);
+    // Two level faces are remembered by a vertex of each.
+    if (ofA == 1 && ofB == 1)
+        return solves(solveLastFeatures, solveFacingFaces, solveNearFaces);
+    return solves(solveLastEdges, solveFacingFaces, solveLastFeatures, solveNearFaces);
 }
 
 ContactSearchResult solveNearFeatures(const ConvexCores& cores, btScalar limit, btScalar paddedLimit,

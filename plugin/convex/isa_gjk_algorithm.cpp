@@ -13,6 +13,7 @@
 #include "cullet/plugin/convex/triangle_touch.h"
 #include "cullet/plugin/core/dynamic_type.h"
 
+#include <BulletCollision/CollisionShapes/btConvexTriangleMeshShape.h>
 #include <BulletCollision/NarrowPhaseCollision/btPersistentManifold.h>
 
 #include <exception>
@@ -63,6 +64,13 @@ BoxContact<btScalar> contactOf(const ContactPatch& patch, const btVector3& norma
         contact.distances[lane] = point.distance - margins;
     }
     return contact;
+}
+
+/// Whether a hull takes the place of a shape. Faces that the application had computed are those of the shape itself.
+bool becomesHull(const btCollisionShape& shape)
+{
+    return ConvexMeshHull::isPossible(shape) &&
+           static_cast<const btConvexTriangleMeshShape&>(shape).getConvexPolyhedron() == nullptr;
 }
 
 /// Whether Bullet would use its separating axis test instead of GJK.
@@ -171,8 +179,43 @@ void IsaGjkAlgorithm::processCollision(const btCollisionObjectWrapper* a, const 
     if (m_manifold == nullptr)
         return;
     m_breakingThreshold = m_manifold->getContactBreakingThreshold();
+    // What is asked once only, as the triangles of a mesh and queries, is not worth a hull.
+    const bool isAskedOften = m_ownsManifold && !m_closestOnly;
+    if (isAskedOften && (becomesHull(*a->getCollisionShape()) || becomesHull(*b->getCollisionShape())))
+        processHulls(*a, *b, info, *result);
+    else
+        process(*a, *b, info, *result);
+}
+
+/// Processes hulls in place of meshes; or the shapes as they are, if one has no hull.
+void IsaGjkAlgorithm::processHulls(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b,
+                                   const btDispatcherInfo& info, btManifoldResult& result)
+{
+    PairOfMeshHulls* const hulls = m_keeper.meshHulls();
+    if (hulls == nullptr)
+        return process(a, b, info, result);
+    const auto shapeOf = [](const btCollisionObjectWrapper& body, ConvexMeshHull& hull)
+    {
+        const btCollisionShape* const shape = body.getCollisionShape();
+        return becomesHull(*shape) ? hull.hullOf(static_cast<const btConvexTriangleMeshShape&>(*shape))
+                                   : shape;
+    };
+    const btCollisionShape *const shapeA = shapeOf(a, (*hulls)[0]), *const shapeB = shapeOf(b, (*hulls)[1]);
+    if (shapeA == nullptr || shapeB == nullptr)
+        return process(a, b, info, result);
+    const btCollisionObjectWrapper hullA(&a, shapeA, a.getCollisionObject(), a.getWorldTransform(),
+                                         a.m_partId, a.m_index);
+    const btCollisionObjectWrapper hullB(&b, shapeB, b.getCollisionObject(), b.getWorldTransform(),
+                                         b.m_partId, b.m_index);
+    process(hullA, hullB, info, result);
+}
+
+/// processCollision() after the manifold was set.
+void IsaGjkAlgorithm::process(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b,
+                              const btDispatcherInfo& info, btManifoldResult& result)
+{
     if (m_hasContacts && m_ownsManifold &&
-        m_keeper.keep({isaGjk(), *a, *b, info, *result, *m_manifold, m_hulls}))
+        m_keeper.keep({isaGjk(), a, b, info, result, *m_manifold, m_hulls}))
     {
         m_hasContacts = m_manifold->getNumContacts() > 0;
         return;
@@ -181,19 +224,19 @@ void IsaGjkAlgorithm::processCollision(const btCollisionObjectWrapper* a, const 
     bool isSeparated;
     {
         // In a block of its own, so that the compiler can keep it in registers.
-        const ConvexPair pair(*a, *b);
-        const bool isStep = isOfStep(*result);
+        const ConvexPair pair(a, b);
+        const bool isStep = isOfStep(result);
         // Returns false for invalid shapes and transforms.
-        isSeparated = axisStillSeparates(pair, limitOf(pair, m_breakingThreshold, *result, isStep),
+        isSeparated = axisStillSeparates(pair, limitOf(pair, m_breakingThreshold, result, isStep),
                                          passOf(isStep), failed);
     }
     if (!isSeparated)
-        return collideAndRefresh(ConvexPair(*a, *b), info, failed, *result);
+        return collideAndRefresh(ConvexPair(a, b), info, failed, result);
     count(isaGjk().counters().separated);
     m_hasContacts = m_manifold->getNumContacts() > 0;
     m_isRefreshed = false;
     if (m_hasContacts)
-        refresh(*result);
+        refresh(result);
 }
 
 /// Refreshes the points of a manifold after its pair has moved.

@@ -86,6 +86,10 @@ public:
     bool isIdle(const btCollisionObject& a, const btCollisionObject& b);
 
 private:
+    void process(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b,
+                 const btDispatcherInfo& info, btManifoldResult& result);
+    void processHulls(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b,
+                      const btDispatcherInfo& info, btManifoldResult& result);
     IsaGjkRegistration& isaGjk() const { return m_keeper.isaGjk(); }
     void touch() noexcept;
     void untrack() noexcept;

@@ -191,16 +191,29 @@ bool ContactKeeper::keepOrForget(const ContactCall& call)
     return true;
 }
 
+/// @return null if out of memory
+ContactKeeper::Contacts* ContactKeeper::makeContacts() noexcept
+{
+    if (hasContacts())
+        return contacts();
+    auto* const made = new (std::nothrow) Contacts(isaGjk());
+    if (made != nullptr)
+        m_address = reinterpret_cast<std::uintptr_t>(made) | 1;
+    return made;
+}
+
 void ContactKeeper::storeAll(const ContactCall& call) noexcept
 {
-    if (!hasContacts())
-    {
-        const auto* const made = new (std::nothrow) Contacts(isaGjk());
-        if (made == nullptr)
-            return;
-        m_address = reinterpret_cast<std::uintptr_t>(made) | 1;
-    }
-    contacts()->kept.store(call);
+    if (Contacts* const made = makeContacts())
+        made->kept.store(call);
+}
+
+PairOfMeshHulls* ContactKeeper::meshHulls() noexcept
+{
+    Contacts* const made = makeContacts();
+    if (made != nullptr && made->hulls == nullptr)
+        made->hulls.reset(new (std::nothrow) PairOfMeshHulls);
+    return made == nullptr ? nullptr : made->hulls.get();
 }
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

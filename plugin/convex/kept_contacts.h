@@ -3,6 +3,7 @@
 #pragma once
 
 #include "cullet/plugin/convex/isa_gjk_registration.h"
+#include "cullet/plugin/shapes/convex_mesh_hull.h"
 #include "cullet/plugin/shapes/hull_cache.h"
 
 #include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
@@ -90,8 +91,12 @@ private:
     std::unique_ptr<Place> m_bodies;  ///< the same of their bodies, if one has the shape as a part; else null
 };
 
-/// The registration of an algorithm, and the contacts that it keeps between its calls, in the size of a pointer: Bullet's
-/// pool has no room for two in an IsaGjkAlgorithm. Nothing is allocated before there are contacts to keep.
+/// Hulls in place of both shapes of a pair.
+using PairOfMeshHulls = std::array<ConvexMeshHull, 2>;
+
+/// The registration of an algorithm, and what few algorithms keep between their calls, in the size of a pointer: Bullet's
+/// pool has no room for two in an IsaGjkAlgorithm. That are contacts, and hulls in place of meshes. Nothing is allocated
+/// before there is one of them.
 class ContactKeeper
 {
 public:
@@ -119,6 +124,9 @@ public:
             storeAll(call);
     }
 
+    /// @return valid as long as this; null if out of memory
+    PairOfMeshHulls* meshHulls() noexcept;
+
 private:
     struct Contacts
     {
@@ -126,6 +134,7 @@ private:
 
         IsaGjkRegistration& isaGjk;
         KeptContacts kept;
+        std::unique_ptr<PairOfMeshHulls> hulls;
     };
 
     /// The lowest bit of the address, which is that of the registration without it.
@@ -134,6 +143,7 @@ private:
     {
         return hasContacts() ? reinterpret_cast<Contacts*>(m_address - 1) : nullptr;
     }
+    Contacts* makeContacts() noexcept;
     bool keepOrForget(const ContactCall& call);
     void storeAll(const ContactCall& call) noexcept;
 

@@ -137,29 +137,44 @@ void MeshAlgorithm::runBulletsLoop(const btCollisionObjectWrapper* a, const btCo
 void MeshAlgorithm::processCollision(const btCollisionObjectWrapper* a, const btCollisionObjectWrapper* b,
                                      const btDispatcherInfo& info, btManifoldResult* result)
 {
-    const btCollisionObjectWrapper &convex = m_isSwapped ? *b : *a, &mesh = m_isSwapped ? *a : *b;
+    process(*a, *b, info, nullptr, *result);
+}
+
+void MeshAlgorithm::processNear(MeshRegion& region, const btCollisionObjectWrapper& a,
+                                const btCollisionObjectWrapper& b, const btDispatcherInfo& info,
+                                btManifoldResult& result)
+{
+    process(a, b, info, &region, result);
+}
+
+/// @param region null: none
+void MeshAlgorithm::process(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b,
+                            const btDispatcherInfo& info, MeshRegion* region, btManifoldResult& result)
+{
+    const btCollisionObjectWrapper &convex = m_isSwapped ? b : a, &mesh = m_isSwapped ? a : b;
     MeshQuery* const asked =
-        canAsk(*convex.getCollisionShape(), *mesh.getCollisionShape(), info, *result) ? query() : nullptr;
+        canAsk(*convex.getCollisionShape(), *mesh.getCollisionShape(), info, result) ? query() : nullptr;
     if (asked == nullptr)
-        return runBulletsLoop(a, b, info, result);
+        return runBulletsLoop(&a, &b, info, &result);
     BT_PROFILE("btConvexConcaveCollisionAlgorithm::processCollision");
-    result->setPersistentManifold(&asked->manifold);
+    result.setPersistentManifold(&asked->manifold);
     asked->manifold.setBodies(convex.getCollisionObject(), mesh.getCollisionObject());
-    const ContactCall call = {m_isaGjk, convex, mesh, info, *result, asked->manifold, asked->hulls};
+    const ContactCall call = {m_isaGjk, convex, mesh, info, result, asked->manifold, asked->hulls};
     if (keepContacts(*asked, call))
         return;
     const btCollisionShape* const core = coreOf(*convex.getCollisionShape(), *asked);
     if (core == nullptr)
-        return runBulletsLoop(a, b, info, result);
-    TrianglePass pass(m_isaGjk, *asked, *core, convex, mesh, *m_dispatcher, info, *result);
+        return runBulletsLoop(&a, &b, info, &result);
+    TrianglePass pass(m_isaGjk, *asked, *core, convex, mesh, *m_dispatcher, info, result);
     if (!pass.isPossible())
-        return runBulletsLoop(a, b, info, result);
+        return runBulletsLoop(&a, &b, info, &result);
+    pass.setRegion(region);
     // Of a pair that has hardly moved.
     if (asked->kept != nullptr && asked->kept->isStored())
         pass.hashTriangles();
     pass.run();
     storeContacts(*asked, call, pass);
-    result->refreshContactPoints();
+    result.refreshContactPoints();
 }
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

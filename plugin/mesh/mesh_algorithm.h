@@ -12,6 +12,7 @@ namespace cullet
 {
 inline namespace CULLET_PRECISION
 {
+class MeshRegion;
 class TrianglePass;
 struct ContactCall;
 struct MeshQuery;
@@ -41,8 +42,15 @@ public:
 
     void processCollision(const btCollisionObjectWrapper* a, const btCollisionObjectWrapper* b,
                           const btDispatcherInfo& info, btManifoldResult* result) override;
+    /// processCollision() for a child of a compound.
+    ///
+    /// @param region has the triangles near the child, if it covers them; it saves a search of the mesh
+    void processNear(MeshRegion& region, const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b,
+                     const btDispatcherInfo& info, btManifoldResult& result);
 
 private:
+    void process(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b,
+                 const btDispatcherInfo& info, MeshRegion* region, btManifoldResult& result);
     bool canAsk(const btCollisionShape& body, const btCollisionShape& mesh, const btDispatcherInfo& info,
                 const btManifoldResult& result) const;
     MeshQuery* query();

@@ -134,7 +134,10 @@ void TrianglePass::readMesh()
     m_readMin = m_boxMin - grown;
     m_readMax = m_boxMax + grown;
     m_query.candidates.clear();
-    forEachTriangle(shape, *this, m_readMin, m_readMax);
+    if (m_region != nullptr && m_region->covers(m_readMin, m_readMax))
+        m_region->forEachTriangle(*this, m_readMin, m_readMax);
+    else
+        forEachTriangle(shape, *this, m_readMin, m_readMax);
     if (hasCandidates)
         readCandidates();
 }

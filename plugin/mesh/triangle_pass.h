@@ -3,11 +3,12 @@
 #pragma once
 
 #include "cullet/plugin/mesh/active_edges.h"
-#include "cullet/plugin/mesh/convex_mesh_hull.h"
 #include "cullet/plugin/mesh/kept_triangles.h"
 #include "cullet/plugin/mesh/mesh_points.h"
+#include "cullet/plugin/mesh/mesh_region.h"
 #include "cullet/plugin/mesh/triangle_batch.h"
 #include "cullet/plugin/mesh/triangle_search.h"
+#include "cullet/plugin/shapes/convex_mesh_hull.h"
 
 #include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
 #include <BulletCollision/CollisionDispatch/btManifoldResult.h>
@@ -68,6 +69,10 @@ public:
     /// False for a pose that is no rotation or not finite.
     bool isPossible() const { return m_frame.isUsable(); }
 
+    /// Lets run() read triangles from a region, if it covers them.
+    ///
+    /// @param region null: none
+    void setRegion(MeshRegion* region) { m_region = region; }
     /// Lets run() hash the triangles that it reads.
     void hashTriangles() { m_hash.emplace(); }
     /// The triangles that run() has hashed, and the box in which they are.
@@ -134,8 +139,9 @@ private:
     btManifoldResult& m_result;
     CoreFrame m_frame;
     MeshLimits m_limits;
-    btVector3 m_boxMin, m_boxMax;            ///< of the convex body, in the mesh's frame
-    btVector3 m_readMin, m_readMax;          ///< the box whose triangles are read
+    btVector3 m_boxMin, m_boxMax;    ///< of the convex body, in the mesh's frame
+    btVector3 m_readMin, m_readMax;  ///< the box whose triangles are read
+    MeshRegion* m_region = nullptr;
     std::optional<TriangleHash> m_hash;      ///< of the triangles that are read, if there shall be one
     std::optional<TriangleSearch> m_search;  ///< exists once there are triangles
     std::optional<CoreBounds> m_bounds;      ///< exist once there are more than kMostPatches triangles

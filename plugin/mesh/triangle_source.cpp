@@ -3,7 +3,7 @@
 #include "cullet/plugin/mesh/triangle_source.h"
 
 #include "cullet/plugin/core/dynamic_type.h"
-#include "cullet/plugin/core/mesh_part.h"
+#include "cullet/plugin/mesh/locked_part.h"
 
 #include <BulletCollision/CollisionShapes/btBvhTriangleMeshShape.h>
 #include <BulletCollision/CollisionShapes/btMultimaterialTriangleMeshShape.h>
@@ -15,39 +15,6 @@ inline namespace CULLET_PRECISION
 {
 namespace
 {
-/// One part of a mesh while its arrays are locked.
-class LockedPart
-{
-public:
-    explicit LockedPart(const btStridingMeshInterface& mesh) : m_mesh(mesh) {}
-    ~LockedPart() { unlock(); }
-    LockedPart(const LockedPart&) = delete;
-    LockedPart& operator=(const LockedPart&) = delete;
-
-    void lock(int index)
-    {
-        if (m_index == index)
-            return;
-        unlock();
-        m_part = MeshPart::lock(m_mesh, index);
-        m_index = index;
-    }
-
-    void read(int triangle, btVector3* corners) const { m_part.read(triangle, m_mesh.getScaling(), corners); }
-
-private:
-    void unlock()
-    {
-        if (m_index >= 0)
-            m_mesh.unLockReadOnlyVertexBase(m_index);
-        m_index = -1;
-    }
-
-    const btStridingMeshInterface& m_mesh;
-    int m_index = -1;  ///< of the locked part; -1: none
-    MeshPart m_part;
-};
-
 /// Reads the triangles at the leaves of Bullet's tree.
 class LeafReader final : public btNodeOverlapCallback
 {

@@ -8,6 +8,7 @@
 #include <BulletCollision/CollisionShapes/btOptimizedBvh.h>
 #include <LinearMath/btAabbUtil2.h>
 
+#include <algorithm>
 #include <cstdint>
 
 namespace cullet
@@ -18,7 +19,7 @@ inline namespace CULLET_PRECISION
 struct BulletBox
 {
     btVector3 min, max;
-    unsigned short quantizedMin[3], quantizedMax[3];
+    unsigned short quantizedMin[3] = {}, quantizedMax[3] = {};
 };
 
 /// The nodes of Bullet's tree over a mesh. Bullet visits the leaves in the order of the array.
@@ -29,6 +30,7 @@ class BulletNodes
     {
         static auto count() { return &Access::m_curNodeIndex; }
         static auto nodes() { return &Access::m_contiguousNodes; }
+        static auto traversal() { return &Access::m_traversalMode; }
     };
 
 public:
@@ -46,6 +48,21 @@ public:
     bool isLeaf(std::uint32_t node) const
     {
         return m_isQuantized ? quantized()[node].isLeafNode() : plain()[node].m_escapeIndex == -1;
+    }
+
+    /// Whether Bullet reads the nodes in the order of the array, and leaves out what is below a node that a box misses.
+    bool areReadInOrder() const
+    {
+        return m_tree->*Access::traversal() == btQuantizedBvh::TRAVERSAL_STACKLESS;
+    }
+
+    /// The number of nodes from one to the next that is not below it.
+    ///
+    /// @pre not isLeaf(node)
+    std::uint32_t escapeOf(std::uint32_t node) const
+    {
+        return static_cast<std::uint32_t>(m_isQuantized ? quantized()[node].getEscapeIndex()
+                                                        : plain()[node].m_escapeIndex);
     }
 
     /// @pre isLeaf(node)
@@ -74,6 +91,18 @@ public:
         box.max = m_tree->unQuantize(read.m_quantizedAabbMax);
     }
 
+    /// Makes a box larger, so that it contains another one.
+    void include(const BulletBox& other, BulletBox& box) const
+    {
+        box.min.setMin(other.min);
+        box.max.setMax(other.max);
+        for (int axis = 0; axis < 3 && m_isQuantized; ++axis)
+        {
+            box.quantizedMin[axis] = std::min(box.quantizedMin[axis], other.quantizedMin[axis]);
+            box.quantizedMax[axis] = std::max(box.quantizedMax[axis], other.quantizedMax[axis]);
+        }
+    }
+
     /// The box of a query, as Bullet compares it with nodes.
     void setQuery(const btVector3& min, const btVector3& max, BulletBox& box) const
     {
@@ -91,6 +120,16 @@ public:
             return testQuantizedAabbAgainstQuantizedAabb(query.quantizedMin, query.quantizedMax,
                                                          node.quantizedMin, node.quantizedMax) != 0;
         return TestAabbAgainstAabb2(query.min, query.max, node.min, node.max);
+    }
+
+    bool overlaps(const BulletBox& query, std::uint32_t node) const
+    {
+        if (!m_isQuantized)
+            return TestAabbAgainstAabb2(query.min, query.max, plain()[node].m_aabbMinOrg,
+                                        plain()[node].m_aabbMaxOrg);
+        const btQuantizedBvhNode& read = quantized()[node];
+        return testQuantizedAabbAgainstQuantizedAabb(query.quantizedMin, query.quantizedMax,
+                                                     read.m_quantizedAabbMin, read.m_quantizedAabbMax) != 0;
     }
 
     friend bool operator==(const BulletNodes& a, const BulletNodes& b)

@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include <deque>
+#include <optional>
 #include <random>
 #include <string>
 
@@ -486,6 +487,117 @@ TEST_F(CompoundOverPlane, RefreshesPointsThatWerePutIntoManifolds)
     manifolds[4]->addManifoldPoint(point);
     scene.step();
     EXPECT_EQ(manifolds[4]->getNumContacts(), 0);
+}
+
+/// Two layers of children over triangles, of which the lower one touches.
+struct CompoundOverMesh : testing::Test
+{
+    CompoundOverMesh()
+    {
+        for (int x = -6; x < 6; ++x)
+        {
+            for (int z = -6; z < 6; ++z)
+            {
+                triangles.addTriangle(vec(x, 0, z), vec(x, 0, z + 1), vec(x + 1, 0, z));
+                triangles.addTriangle(vec(x + 1, 0, z), vec(x, 0, z + 1), vec(x + 1, 0, z + 1));
+            }
+        }
+        // The box of the mesh reaches high above the children.
+        triangles.addTriangle(vec(5, 4, 5), vec(6, 4, 5), vec(5, 4, 6));
+        mesh.emplace(&triangles, true);
+        for (int i = 0; i < 12; ++i)
+            compound.addChildShape(at(i % 3 - 1, i / 3 % 2, i / 6), &box);
+        ground = &scene.add(*mesh, at(0, 0, 0), true);
+        body = &scene.add(compound, at(0, 0.39, 0));
+    }
+
+    /// What a loop without a region finds.
+    std::vector<ChildContact> contactsOfBulletsLoop()
+    {
+        CompoundScene other(CompoundLoop::Bullets);
+        other.add(*mesh, ground->getWorldTransform(), true);
+        other.add(compound, body->getWorldTransform());
+        other.step();
+        return other.contacts();
+    }
+
+    btBoxShape box{vec(0.4, 0.4, 0.4)};
+    btTriangleMesh triangles;
+    std::optional<btBvhTriangleMeshShape> mesh;
+    btCompoundShape compound;
+    CompoundScene scene{CompoundLoop::Own};
+    btCollisionObject *ground, *body;
+};
+
+TEST_F(CompoundOverMesh, HasContactsOfChildrenThatComeNear)
+{
+    for (int step = 0; step < 3; ++step)
+        scene.step();
+    EXPECT_EQ(scene.manifoldCount(), 12) << "boxes of children overlap that of the mesh";
+    EXPECT_EQ(scene.contacts().size(), 24u);
+    // Upside down: the other layer.
+    body->setWorldTransform(btTransform(btQuaternion(vec(0, 0, 1), SIMD_PI), vec(0, 1.39, 0)));
+    scene.step();
+    EXPECT_EQ(scene.contacts().size(), 24u);
+    compound.updateChildTransform(2, at(0, 1.8, 3));
+    scene.step();
+    EXPECT_TRUE(scene.contacts() == contactsOfBulletsLoop());
+    ground->setWorldTransform(btTransform(btQuaternion(vec(1, 0, 0), btScalar(0.1)), vec(0, -0.05, 0)));
+    scene.step();
+    scene.step();
+    EXPECT_EQ(scene.contacts().size(), contactsOfBulletsLoop().size());
+}
+
+// The local box of the compound does not contain a child whose shape has grown.
+TEST_F(CompoundOverMesh, SeesChildrenThatGrow)
+{
+    for (int step = 0; step < 2; ++step)
+        scene.step();
+    body->setWorldTransform(at(0, 0.79, 0));
+    scene.step();
+    scene.step();
+    ASSERT_EQ(scene.contacts().size(), 0u);
+    box.setLocalScaling(vec(1, 2, 1));
+    scene.step();
+    EXPECT_EQ(scene.contacts().size(), 24u);
+}
+
+TEST_F(CompoundOverMesh, SeesVerticesThatAreWrittenInPlace)
+{
+    for (int step = 0; step < 2; ++step)
+        scene.step();
+    ASSERT_EQ(scene.contacts().size(), 24u);
+    unsigned char *vertices, *indices;
+    int count, stride, indexStride, faces;
+    PHY_ScalarType type, indexType;
+    triangles.getLockedVertexIndexBase(&vertices, count, type, stride, &indices, indexStride, faces,
+                                       indexType, 0);
+    for (int i = 0; i < count; ++i)
+        reinterpret_cast<btScalar*>(vertices + i * stride)[1] -= btScalar(0.001);
+    mesh->refitTree(vec(-6, -1, -6), vec(6, 4, 6));
+    scene.step();
+    for (const ChildContact& contact : scene.contacts())
+        EXPECT_NEAR(contact.distance, -0.009, 1e-5);
+}
+
+// As after a load from a file, which fills the manifolds of a pair by hand.
+TEST_F(CompoundOverMesh, RefreshesPointsThatWerePutIntoManifolds)
+{
+    scene.step();
+    scene.step();
+    const btManifoldArray manifolds = scene.manifoldsOfPair();
+    int empty = 0;
+    for (int i = 0; i < manifolds.size(); ++i)
+    {
+        if (manifolds[i]->getNumContacts() > 0)
+            continue;
+        ++empty;
+        btManifoldPoint point(vec(5, 0, 0), vec(0, 0, 0), vec(0, 1, 0), -1);
+        manifolds[i]->addManifoldPoint(point);
+    }
+    ASSERT_EQ(empty, 6);
+    scene.step();
+    EXPECT_EQ(scene.contacts().size(), 24u);
 }
 
 TEST(CompoundCallbacks, AreAskedForEachChildThatTreesFind)

@@ -1,5 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
+#include "cullet/plugin/mesh/mesh_region.h"
 #include "cullet/plugin/mesh/triangle_source.h"
 #include "cullet/tests/plugin/broadphase/broadphase_support.h"
 #include "cullet/tests/plugin/convex/convex_world.h"
@@ -11,8 +12,10 @@
 #include <BulletCollision/CollisionShapes/btTriangleMesh.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <cstring>
+#include <limits>
 #include <memory>
 #include <random>
 #include <vector>
@@ -36,31 +39,48 @@ struct Reader : btTriangleCallback
     std::vector<Named> triangles;
 };
 
-/// Compares with what the shape itself names, bit by bit and in order.
+struct Box
+{
+    btVector3 low, high;
+};
+
+Box drawBox(double reach, std::mt19937& engine)
+{
+    std::uniform_real_distribution<double> place(-reach, reach);
+    const btVector3 a = drawVec(place, engine), b = drawVec(place, engine);
+    Box box = {a, a};
+    box.low.setMin(b);
+    box.high.setMax(b);
+    return box;
+}
+
+/// Compares bit by bit and in order.
+void expectSame(const std::vector<Named>& ours, const std::vector<Named>& own)
+{
+    EXPECT_EQ(ours.size(), own.size());
+    for (std::size_t k = 0; k < std::min(ours.size(), own.size()); ++k)
+    {
+        const Named &x = ours[k], &y = own[k];
+        EXPECT_EQ(x.part, y.part);
+        EXPECT_EQ(x.index, y.index);
+        for (int c = 0; c < 3; ++c)
+            EXPECT_EQ(std::memcmp(x.corners[c].m_floats, y.corners[c].m_floats, 3 * sizeof(btScalar)), 0);
+    }
+}
+
+/// Compares with what the shape itself names.
 ///
 /// @return the number of triangles
 std::size_t expectSame(const btConcaveShape& shape, std::mt19937& engine)
 {
-    std::uniform_real_distribution<double> place(-6, 6);
     std::size_t total = 0;
     for (int i = 0; i < 50; ++i)
     {
-        const btVector3 a = drawVec(place, engine), b = drawVec(place, engine);
-        btVector3 low = a, high = a;
-        low.setMin(b);
-        high.setMax(b);
+        const Box box = drawBox(6, engine);
         Reader ours, own;
-        forEachTriangle(shape, ours, low, high);
-        shape.processAllTriangles(&own, low, high);
-        EXPECT_EQ(ours.triangles.size(), own.triangles.size());
-        for (std::size_t k = 0; k < std::min(ours.triangles.size(), own.triangles.size()); ++k)
-        {
-            const Named &x = ours.triangles[k], &y = own.triangles[k];
-            EXPECT_EQ(x.part, y.part);
-            EXPECT_EQ(x.index, y.index);
-            for (int c = 0; c < 3; ++c)
-                EXPECT_EQ(std::memcmp(x.corners[c].m_floats, y.corners[c].m_floats, 3 * sizeof(btScalar)), 0);
-        }
+        forEachTriangle(shape, ours, box.low, box.high);
+        shape.processAllTriangles(&own, box.low, box.high);
+        expectSame(ours.triangles, own.triangles);
         total += own.triangles.size();
     }
     return total;
@@ -78,6 +98,21 @@ struct Arrays
             vertices.push_back(Number(place(engine)));
         for (int i = 0; i < 3 * 300; ++i)
             indices.push_back(Index(vertex(engine)));
+    }
+    /// Small triangles, each with corners of its own.
+    ///
+    /// @param size of a triangle at most
+    Arrays(std::mt19937& engine, double size)
+    {
+        std::uniform_real_distribution<double> place(-5, 5), way(-size, size);
+        for (int i = 0; i < 900; ++i)
+        {
+            if (i % 3 == 0)
+                m_middle = drawVec(place, engine);
+            const btVector3 corner = m_middle + drawVec(way, engine);
+            vertices.insert(vertices.end(), {Number(corner.x()), Number(corner.y()), Number(corner.z()), 0});
+            indices.push_back(Index(i));
+        }
     }
 
     /// Vertices of four numbers, of which the last is not a coordinate.
@@ -97,6 +132,9 @@ struct Arrays
 
     std::vector<Number> vertices;
     std::vector<Index> indices;
+
+private:
+    btVector3 m_middle = btVector3(0, 0, 0);
 };
 
 TEST(TriangleSource, NamesTrianglesOfAllKindsOfArraysAsTheShape)
@@ -147,6 +185,97 @@ TEST(TriangleSource, AsksShapesOfTheApplicationThemselves)
     EXPECT_EQ(expectSame(own, engine), 50u);
     btScaledBvhTriangleMeshShape scaled(&own, vec(2, 2, 2));
     EXPECT_EQ(expectSame(scaled, engine), 50u);
+}
+
+/// What a region has answered.
+struct RegionCounts
+{
+    std::size_t triangles = 0, without = 0;
+};
+
+/// Compares regions with the shape, for boxes in them.
+RegionCounts expectSameInRegions(btBvhTriangleMeshShape& shape, std::mt19937& engine)
+{
+    RegionCounts counts;
+    MeshRegion region;
+    for (int i = 0; i < 30; ++i)
+    {
+        const Box outer = drawBox(7, engine);
+        region.find(shape, outer.low, outer.high, 100000);
+        EXPECT_TRUE(region.covers(outer.low, outer.high));
+        for (int k = 0; k < 20; ++k)
+        {
+            Box box = drawBox(k % 4 == 0 ? 7 : 1, engine);
+            box.low.setMax(outer.low);
+            box.high.setMin(outer.high);
+            box.low.setMin(box.high);
+            if (!region.covers(box.low, box.high))
+                continue;
+            Reader ours, own;
+            region.forEachTriangle(ours, box.low, box.high);
+            shape.processAllTriangles(&own, box.low, box.high);
+            expectSame(ours.triangles, own.triangles);
+            EXPECT_EQ(region.hasTriangles(box.low, box.high), !own.triangles.empty());
+            counts.triangles += own.triangles.size();
+            counts.without += own.triangles.empty() ? 1 : 0;
+        }
+    }
+    return counts;
+}
+
+TEST(MeshRegion, NamesTrianglesOfSmallerBoxesAsTheShape)
+{
+    constexpr unsigned kSeed = 5;
+    SCOPED_TRACE(kSeed);
+    std::mt19937 engine(kSeed);
+    Arrays<float, int> first(engine, 0.4);
+    Arrays<double, std::uint16_t> second(engine, 0.4);
+    btTriangleIndexVertexArray mesh;
+    first.addTo(mesh, PHY_FLOAT, PHY_INTEGER);
+    second.addTo(mesh, PHY_DOUBLE, PHY_SHORT);
+    btBvhTriangleMeshShape quantized(&mesh, true), plain(&mesh, false);
+    btMultimaterialTriangleMeshShape materials(&mesh, true);
+    for (btBvhTriangleMeshShape* const shape :
+         {&quantized, &plain, static_cast<btBvhTriangleMeshShape*>(&materials)})
+    {
+        const RegionCounts counts = expectSameInRegions(*shape, engine);
+        EXPECT_GT(counts.triangles, 500u);
+        EXPECT_GT(counts.without, 20u);
+    }
+    // Vertices may change, and the tree with them, between two searches.
+    for (float& coordinate : first.vertices)
+        coordinate *= 0.5f;
+    quantized.refitTree(vec(-5, -5, -5), vec(5, 5, 5));
+    EXPECT_GT(expectSameInRegions(quantized, engine).triangles, 500u);
+}
+
+TEST(MeshRegion, CoversNothingThatItHasNotFound)
+{
+    std::mt19937 engine(6);
+    Arrays<float, int> arrays(engine);
+    btTriangleIndexVertexArray mesh;
+    arrays.addTo(mesh, PHY_FLOAT, PHY_INTEGER);
+    const btVector3 low = vec(-2, -2, -2), high = vec(2, 2, 2);
+    btBvhTriangleMeshShape shape(&mesh, true), withoutTree(&mesh, true, false);
+    MeshRegion region;
+    EXPECT_FALSE(region.covers(low, high));
+    region.find(shape, low, high, 1000);
+    EXPECT_TRUE(region.covers(low, high));
+    EXPECT_FALSE(region.covers(low, vec(2, 2.1, 2)));
+    EXPECT_FALSE(region.covers(low, vec(2, std::numeric_limits<double>::quiet_NaN(), 2)));
+    region.find(shape, low, high, 10);
+    EXPECT_FALSE(region.covers(low, high)) << "there are more triangles";
+    region.find(withoutTree, low, high, 1000);
+    EXPECT_FALSE(region.covers(low, high)) << "there is no tree";
+    OwnShape own(&mesh, true);
+    region.find(own, low, high, 1000);
+    EXPECT_FALSE(region.covers(low, high)) << "the application names the triangles";
+    btScaledBvhTriangleMeshShape scaled(&shape, vec(2, 2, 2));
+    region.find(scaled, low, high, 1000);
+    EXPECT_FALSE(region.covers(low, high)) << "the tree has other coordinates";
+    shape.getOptimizedBvh()->setTraversalMode(btQuantizedBvh::TRAVERSAL_RECURSIVE);
+    region.find(shape, low, high, 1000);
+    EXPECT_FALSE(region.covers(low, high)) << "Bullet reads the tree in another way";
 }
 }  // namespace
 }  // namespace cullet::test

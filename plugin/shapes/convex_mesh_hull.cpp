@@ -1,9 +1,10 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "cullet/plugin/mesh/convex_mesh_hull.h"
+#include "cullet/plugin/shapes/convex_mesh_hull.h"
 
 #include "cullet/plugin/core/dynamic_type.h"
 #include "cullet/plugin/core/mesh_part.h"
+#include "cullet/plugin/shapes/hull_preparation.h"
 
 #include <BulletCollision/CollisionShapes/btConvexTriangleMeshShape.h>
 #include <BulletCollision/CollisionShapes/btTriangleIndexVertexArray.h>
@@ -99,6 +100,9 @@ void ConvexMeshHull::makeHull()
     if (!points.empty())
         m_hull = std::make_unique<btConvexHullShape>(points[0].m_floats, static_cast<int>(points.size()),
                                                      static_cast<int>(sizeof(btVector3)));
+    // Another hull may have been at this address, and its points compared in this pass.
+    if (m_hull)
+        invalidate(*m_hull);
     m_lastCorners = m_corners;
 }
 }  // namespace CULLET_PRECISION

@@ -1,0 +1,142 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "cullet/plugin/mesh/mesh_region.h"
+
+#include "cullet/plugin/core/dynamic_type.h"
+#include "cullet/plugin/mesh/locked_part.h"
+
+#include <BulletCollision/CollisionShapes/btBvhTriangleMeshShape.h>
+#include <BulletCollision/CollisionShapes/btMultimaterialTriangleMeshShape.h>
+
+#include <algorithm>
+#include <new>
+
+namespace cullet
+{
+inline namespace CULLET_PRECISION
+{
+void MeshRegion::find(const btConcaveShape& shape, const btVector3& low, const btVector3& high,
+                      std::size_t most)
+try
+{
+    forget();
+    if (!isExactly<btBvhTriangleMeshShape>(shape) && !isExactly<btMultimaterialTriangleMeshShape>(shape))
+        return;
+    const auto& mesh = static_cast<const btBvhTriangleMeshShape&>(shape);
+    btOptimizedBvh* const tree = const_cast<btBvhTriangleMeshShape&>(mesh).getOptimizedBvh();
+    if (tree == nullptr)
+        return;
+    m_mesh = mesh.getMeshInterface();
+    m_low = low;
+    m_high = high;
+    m_nodes.emplace(*tree);
+    BulletBox box;
+    m_nodes->setQuery(low, high, box);
+    if (!m_nodes->areReadInOrder() || !addLeaves(box, most))
+        return forget();
+    makeBlocks();
+    m_triangles.clear();
+    m_triangles.reserve(m_leaves.size());
+}
+catch (const std::bad_alloc&)
+{
+    forget();
+}
+
+/// @return false if there are more leaves than may be
+bool MeshRegion::addLeaves(const BulletBox& box, std::size_t most)
+{
+    m_leaves.clear();
+    for (std::uint32_t node = 0; node < m_nodes->count();)
+    {
+        const bool isNear = m_nodes->overlaps(box, node), isLeaf = m_nodes->isLeaf(node);
+        if (isNear && isLeaf)
+        {
+            if (m_leaves.size() == most)
+                return false;
+            m_leaves.push_back(node);
+        }
+        node += isNear || isLeaf ? 1 : m_nodes->escapeOf(node);
+    }
+    return true;
+}
+
+void MeshRegion::makeBlocks()
+{
+    m_blocks.clear();
+    for (std::size_t i = 0; i < m_leaves.size(); ++i)
+    {
+        BulletBox leaf;
+        m_nodes->readBox(m_leaves[i], leaf);
+        if (i % kBlock == 0)
+            m_blocks.push_back(leaf);
+        else
+            m_nodes->include(leaf, m_blocks.back());
+    }
+}
+
+void MeshRegion::readTriangles()
+{
+    LockedPart part(*m_mesh);
+    for (const std::uint32_t leaf : m_leaves)
+    {
+        Triangle triangle;
+        triangle.name = m_nodes->nameOf(leaf);
+        part.lock(triangle.name.part);
+        part.read(triangle.name.index, triangle.corners);
+        m_triangles.push_back(triangle);
+    }
+}
+
+bool MeshRegion::covers(const btVector3& low, const btVector3& high) const
+{
+    if (!m_nodes)
+        return false;
+    bool isCovered = true;
+    for (int axis = 0; axis < 3; ++axis)
+        isCovered &= m_low[axis] <= low[axis] && high[axis] <= m_high[axis];
+    return isCovered;
+}
+
+/// Calls visit(place of a leaf) for the leaves in a box until it returns true.
+///
+/// @return whether it did
+template <class Visit>
+bool MeshRegion::anyLeaf(const btVector3& low, const btVector3& high, const Visit& visit) const
+{
+    BulletBox box;
+    m_nodes->setQuery(low, high, box);
+    for (std::size_t block = 0; block < m_blocks.size(); ++block)
+    {
+        if (!m_nodes->overlap(box, m_blocks[block]))
+            continue;
+        const std::size_t end = std::min(m_leaves.size(), (block + 1) * kBlock);
+        for (std::size_t i = block * kBlock; i < end; ++i)
+        {
+            if (m_nodes->overlaps(box, m_leaves[i]) && visit(i))
+                return true;
+        }
+    }
+    return false;
+}
+
+bool MeshRegion::hasTriangles(const btVector3& low, const btVector3& high) const
+{
+    return anyLeaf(low, high, [](std::size_t) { return true; });
+}
+
+void MeshRegion::forEachTriangle(btTriangleCallback& callback, const btVector3& low, const btVector3& high)
+{
+    if (m_triangles.size() < m_leaves.size())
+        readTriangles();
+    anyLeaf(low, high,
+            [&](std::size_t i)
+            {
+                // A callback may write to the corners.
+                Triangle triangle = m_triangles[i];
+                callback.processTriangle(triangle.corners, triangle.name.part, triangle.name.index);
+                return false;
+            });
+}
+}  // namespace CULLET_PRECISION
+}  // namespace cullet
