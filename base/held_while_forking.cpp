@@ -15,7 +15,7 @@ constexpr unsigned kMost = 8;
 
 /// Zero before any code runs, and never destroyed.
 std::mutex listMutex;
-std::mutex* held[kMost];
+std::mutex* heldMutexes[kMost];
 unsigned heldCount = 0;
 
 /// No mutex is added while they are held.
@@ -23,13 +23,13 @@ void lockAll()
 {
     listMutex.lock();
     for (unsigned i = 0; i < heldCount; ++i)
-        held[i]->lock();
+        heldMutexes[i]->lock();
 }
 
 void unlockAll()
 {
     for (unsigned i = heldCount; i > 0; --i)
-        held[i - 1]->unlock();
+        heldMutexes[i - 1]->unlock();
     listMutex.unlock();
 }
 }  // namespace
@@ -39,7 +39,7 @@ void holdWhileForking(std::mutex& mutex) noexcept
     [[maybe_unused]] static const int isSet = pthread_atfork(lockAll, unlockAll, unlockAll);
     const std::lock_guard<std::mutex> lock(listMutex);
     if (heldCount < kMost)
-        held[heldCount++] = &mutex;
+        heldMutexes[heldCount++] = &mutex;
 }
 #else
 void holdWhileForking(std::mutex&) noexcept {}

@@ -21,7 +21,7 @@ namespace cullet
 namespace
 {
 // How many rows ahead boxes are prefetched.
-constexpr std::size_t kPrefetch = 16;
+constexpr std::size_t kRowsAhead = 16;
 // Share of rows, one in so many, up to which the processor does not predict the order in which boxes are read.
 constexpr std::size_t kFewShare = 4;
 
@@ -182,7 +182,7 @@ void ProxyTable::setBoxes(const Aabb* boxes, const ProxyId* rows, std::size_t co
     {
         if (areFew)
         {
-            const ProxyId ahead = rows[std::min(i + kPrefetch, count - 1)];
+            const ProxyId ahead = rows[std::min(i + kRowsAhead, count - 1)];
             prefetchBox(boxes + ahead);
             prefetchBox(to + ahead);
             __builtin_prefetch(changes + ahead, 1);

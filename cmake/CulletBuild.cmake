@@ -41,9 +41,13 @@ if(CULLET_SANITIZE)
 endif()
 
 # -DCMAKE_UNITY_BUILD=ON compiles several sources as one in the folders that ask for it, tests and demos. What is installed
-# never is.
+# never is; in a build that nobody installs, as that of a sanitizer, the libraries are too.
 set(CULLET_UNITY "${CMAKE_UNITY_BUILD}")
-set(CMAKE_UNITY_BUILD OFF)
+option(CULLET_UNITY_LIBRARIES "With CMAKE_UNITY_BUILD: the libraries, too, which then are not to be installed" OFF)
+mark_as_advanced(CULLET_UNITY_LIBRARIES)
+if(NOT CULLET_SANITIZE AND NOT CULLET_UNITY_LIBRARIES)
+    set(CMAKE_UNITY_BUILD OFF)
+endif()
 # Below that a job's memory, above it most of what there is to gain.
 set(CMAKE_UNITY_BUILD_BATCH_SIZE 16)
 
@@ -126,6 +130,8 @@ function(cullet_library_part target)
         if(TARGET ${part})
             set_target_properties(${part} PROPERTIES
                 CXX_VISIBILITY_PRESET hidden CUDA_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON)
+            # Where cullet_flags leaves it out, since sources of tests are compiled as one.
+            target_compile_options(${part} PRIVATE "$<$<COMPILE_LANGUAGE:CXX>:-Wshadow>")
             # Position independent code would otherwise keep the compiler from inlining what another library might
             # replace.
             target_compile_options(${part} PRIVATE "$<$<COMPILE_LANGUAGE:CXX>:-fno-semantic-interposition>")

@@ -26,14 +26,14 @@ inline namespace CULLET_PRECISION
 namespace
 {
 /// Pairs per task: about ten microseconds of work.
-constexpr std::size_t kGrain = 256;
+constexpr std::size_t kPairGrain = 256;
 
 /// Nanoseconds for the motion of a body, for a pair, and additionally for a pair whose shapes are tested; the number of
 /// tests is that of the last dispatch.
 constexpr double kCostOfBody = 30, kCostOfPair = 8, kCostOfTest = 100;
 
 /// Pairs between the prefetch of a pair's memory and its use.
-constexpr std::size_t kPrefetchDistance = 12;
+constexpr std::size_t kPairsAhead = 12;
 
 /// Prefetches the algorithm and the proxies of one pair, and the bodies of an earlier one.
 [[gnu::always_inline]] inline void prefetch(const btBroadphasePair& later, const btBroadphasePair& sooner)
@@ -281,7 +281,7 @@ btScalar Dispatcher::breakingThresholdOf(const btCollisionObject& a, const btCol
 template <class Body>
 void Dispatcher::parallelFor(std::size_t count, const Body& body)
 {
-    const auto tasks = static_cast<unsigned>(std::max<std::size_t>(1, count / kGrain));
+    const auto tasks = static_cast<unsigned>(std::max<std::size_t>(1, count / kPairGrain));
     m_workers->run(tasks,
                    [&](unsigned task)
                    {
@@ -360,16 +360,16 @@ Dispatcher::IdleCounts Dispatcher::findIdle(const btBroadphasePair* pairs, const
 {
     BodyMotions& motions = m_isaGjk.motions();
     IdleCounts found;
-    std::array<std::uint32_t, kGrain> left;
+    std::array<std::uint32_t, kPairGrain> left;
     while (isaGjkPairs < end)
     {
-        const std::uint32_t* const last = isaGjkPairs + std::min<std::ptrdiff_t>(kGrain, end - isaGjkPairs);
+        const std::uint32_t* const last =
+            isaGjkPairs + std::min<std::ptrdiff_t>(kPairGrain, end - isaGjkPairs);
         std::size_t count = 0;
         for (; isaGjkPairs < last; ++isaGjkPairs)
         {
-            if (isaGjkPairs + kPrefetchDistance < end)
-                prefetchBytes(pairs[isaGjkPairs[kPrefetchDistance]].m_algorithm, 0,
-                              IsaGjkAlgorithm::kFirstBytes);
+            if (isaGjkPairs + kPairsAhead < end)
+                prefetchBytes(pairs[isaGjkPairs[kPairsAhead]].m_algorithm, 0, IsaGjkAlgorithm::kFirstBytes);
             auto* const algorithm = static_cast<IsaGjkAlgorithm*>(pairs[*isaGjkPairs].m_algorithm);
             if (algorithm->staysIdle(motions))
             {
@@ -383,8 +383,8 @@ Dispatcher::IdleCounts Dispatcher::findIdle(const btBroadphasePair* pairs, const
         }
         for (std::size_t k = 0; k < count; ++k)
         {
-            if (k + kPrefetchDistance < count)
-                prefetch(pairs[left[k + kPrefetchDistance]], pairs[left[k + kPrefetchDistance / 2]]);
+            if (k + kPairsAhead < count)
+                prefetch(pairs[left[k + kPairsAhead]], pairs[left[k + kPairsAhead / 2]]);
             if (!isIdle(pairs[left[k]]))
                 continue;
             m_idle[left[k]] = pairs[left[k]].m_algorithm;

@@ -21,7 +21,7 @@ inline namespace CULLET_PRECISION
 namespace
 {
 /// Bodies per task.
-constexpr int kGrain = 256;
+constexpr int kBodyGrain = 256;
 
 /// Nanoseconds per body.
 constexpr double kCostOfForce = 5, kCostOfThreshold = 5, kCostOfActivation = 10;
@@ -96,8 +96,8 @@ struct WorldBodies::Parts
         const auto runTask = [&](unsigned task)
         {
             constexpr int kAhead{kPrefetchDistance};
-            const int begin = static_cast<int>(task) * kGrain;
-            const int end = std::min(count, begin + kGrain);
+            const int begin = static_cast<int>(task) * kBodyGrain;
+            const int end = std::min(count, begin + kBodyGrain);
             for (int i = begin; i < end; ++i)
             {
                 if (i + kAhead < count)
@@ -105,7 +105,7 @@ struct WorldBodies::Parts
                 body(first[i]);
             }
         };
-        const unsigned tasks = static_cast<unsigned>(count - 1) / kGrain + 1;
+        const unsigned tasks = static_cast<unsigned>(count - 1) / kBodyGrain + 1;
         if (isReady())
         {
             workers->runRegion(cost * double(count), [&] { workers->run(tasks, runTask); });

@@ -24,10 +24,10 @@ namespace
 {
 /// Objects between the prefetch of an object's proxy and its use; the object itself is prefetched twice as early. Cache
 /// misses are a third of the time of an update on one thread.
-constexpr std::size_t kPrefetchDistance = 8;
+constexpr std::size_t kObjectsAhead = 8;
 
 /// Nanoseconds per resting object, and additionally per computed box; the number of boxes is that of the last update.
-constexpr double kCostOfObject = 8, kCostOfBox = 45;
+constexpr double kCostOfObject = 8, kCostOfSetBox = 45;
 
 /// Transforms, handle, shape, flags and activation state are in the first cache lines of an object. Inlined, because
 /// GCC removes calls of functions that do nothing but prefetch.
@@ -66,10 +66,10 @@ private:
 [[gnu::always_inline]] inline void prefetchAhead(const btCollisionObjectArray& objects,
                                                  const Visited& indices, std::size_t index)
 {
-    if (index + 2 * kPrefetchDistance < indices.size())
-        prefetchObject(objects[indices[index + 2 * kPrefetchDistance]]);
-    if (index + kPrefetchDistance < indices.size())
-        __builtin_prefetch(objects[indices[index + kPrefetchDistance]]->getBroadphaseHandle(), 1);
+    if (index + 2 * kObjectsAhead < indices.size())
+        prefetchObject(objects[indices[index + 2 * kObjectsAhead]]);
+    if (index + kObjectsAhead < indices.size())
+        __builtin_prefetch(objects[indices[index + kObjectsAhead]]->getBroadphaseHandle(), 1);
 }
 }  // namespace
 
@@ -255,7 +255,7 @@ void WorldBoxes::Parts::compute(const Job& job, const Visited& visited)
     };
     // More tasks than threads, since the cost varies between shapes.
     const auto tasks = static_cast<unsigned>((count + kGrain - 1) / kGrain);
-    const double work = kCostOfObject * double(count) + kCostOfBox * double(stats.parallelBoxes);
+    const double work = kCostOfObject * double(count) + kCostOfSetBox * double(stats.parallelBoxes);
     workers->runRegion(work, [&] { workers->run(tasks, runTask); });
 }
 

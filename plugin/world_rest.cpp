@@ -26,10 +26,10 @@ inline namespace CULLET_PRECISION
 namespace
 {
 /// Objects per task.
-constexpr std::size_t kGrain = 1024;
+constexpr std::size_t kRestGrain = 1024;
 
 /// Nanoseconds per object whose marks are read, and additionally per box that is compared: both wait for memory.
-constexpr double kCostOfMarks = 12, kCostOfBox = 20;
+constexpr double kCostOfMarks = 12, kCostOfComparison = 20;
 
 /// Objects between the prefetch of an object and that of its proxy, and between the latter and its use.
 constexpr std::size_t kAhead = 12;
@@ -228,7 +228,7 @@ bool WorldRest::Parts::find(btCollisionWorld& world)
 /// Each task writes to its own part of a list. Throws std::bad_alloc.
 void WorldRest::Parts::search(const Search& search)
 {
-    const auto tasks = static_cast<unsigned>((objects + kGrain - 1) / kGrain);
+    const auto tasks = static_cast<unsigned>((objects + kRestGrain - 1) / kRestGrain);
     if (found.size() < objects)
         found.resize(objects);
     restless.reserve(objects);
@@ -236,8 +236,8 @@ void WorldRest::Parts::search(const Search& search)
     const auto runTask = [&](unsigned task)
     {
         ShapeBoxes shapes;
-        std::size_t end = task * kGrain;
-        for (std::size_t i = task * kGrain; i < std::min(objects, (task + 1) * kGrain); ++i)
+        std::size_t end = task * kRestGrain;
+        for (std::size_t i = task * kRestGrain; i < std::min(objects, (task + 1) * kRestGrain); ++i)
         {
             prefetchAhead(search.objects, i, search.updatesAll);
             found[end] = static_cast<int>(i);
@@ -245,11 +245,11 @@ void WorldRest::Parts::search(const Search& search)
         }
         ends[task] = end;
     };
-    const double costOfObject = kCostOfMarks + (search.updatesAll ? kCostOfBox : 0.0);
+    const double costOfObject = kCostOfMarks + (search.updatesAll ? kCostOfComparison : 0.0);
     workers->runRegion(costOfObject * double(objects), [&] { workers->run(tasks, runTask); });
     restless.clear();
     for (std::size_t task = 0; task < tasks; ++task)
-        restless.insert(restless.end(), found.begin() + std::ptrdiff_t(task * kGrain),
+        restless.insert(restless.end(), found.begin() + std::ptrdiff_t(task * kRestGrain),
                         found.begin() + std::ptrdiff_t(ends[task]));
 }
 }  // namespace CULLET_PRECISION

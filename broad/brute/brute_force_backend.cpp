@@ -14,7 +14,7 @@ namespace cullet
 namespace
 {
 // Boxes tested together; a constant, so that the compiler vectorises the loop.
-constexpr std::size_t kBlock = 16;
+constexpr std::size_t kScanBlock = 16;
 }  // namespace
 
 void BruteForceBackend::gatherValidBoxes(const ProxyView& proxies)
@@ -33,7 +33,7 @@ void BruteForceBackend::gatherValidBoxes(const ProxyView& proxies)
     m_ids.resize(m_rows.size());
     for (std::size_t i = 0; i < m_rows.size(); ++i)
         m_ids[i] = ids[m_rows[i]];
-    const std::size_t padded = (m_rows.size() + kBlock - 1) / kBlock * kBlock;
+    const std::size_t padded = (m_rows.size() + kScanBlock - 1) / kScanBlock * kScanBlock;
     for (int axis = 0; axis < 3; ++axis)
     {
         // NaN rather than the empty box: the empty box's infinities would pass the test against an infinite box.
@@ -51,13 +51,13 @@ void BruteForceBackend::findOverlapsOf(std::size_t index)
 {
     const float minX = m_min[0][index], minY = m_min[1][index], minZ = m_min[2][index];
     const float maxX = m_max[0][index], maxY = m_max[1][index], maxZ = m_max[2][index];
-    for (std::size_t begin = (index + 1) / kBlock * kBlock; begin < m_ids.size(); begin += kBlock)
+    for (std::size_t begin = (index + 1) / kScanBlock * kScanBlock; begin < m_ids.size(); begin += kScanBlock)
     {
         const float* otherMin[3] = {&m_min[0][begin], &m_min[1][begin], &m_min[2][begin]};
         const float* otherMax[3] = {&m_max[0][begin], &m_max[1][begin], &m_max[2][begin]};
-        std::int32_t hits[kBlock];
+        std::int32_t hits[kScanBlock];
         std::int32_t any = 0;
-        for (std::size_t k = 0; k < kBlock; ++k)
+        for (std::size_t k = 0; k < kScanBlock; ++k)
         {
             // overlaps(), with & instead of && to keep the loop free of branches.
             hits[k] = (minX <= otherMax[0][k]) & (otherMin[0][k] <= maxX) & (minY <= otherMax[1][k]) &
@@ -66,7 +66,7 @@ void BruteForceBackend::findOverlapsOf(std::size_t index)
         }
         if (any == 0)
             continue;
-        for (std::size_t k = 0; k < kBlock; ++k)
+        for (std::size_t k = 0; k < kScanBlock; ++k)
         {
             if (hits[k] != 0 && begin + k > index)
                 m_overlapping.push_back({m_ids[index], m_ids[begin + k]});

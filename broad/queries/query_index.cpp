@@ -23,7 +23,7 @@ constexpr double kSmallestInverse = 1e-30;
 constexpr double kLongest = 1e20;
 /// Largest inverse of a direction component. Times the extent of a plane's box in Bullet's double build, 1e30, it still
 /// fits into a float and raises no overflow flag.
-constexpr double kSteepest = 1e8;
+constexpr double kSteepestRay = 1e8;
 
 /// Prepares one axis of a ray; false when float slabs cannot bound it.
 ///
@@ -41,12 +41,12 @@ bool prepareAxis(const RaySegment& segment, int axis, RayQuery& ray) noexcept
     if (!(reach <= kLargest && std::abs(inverse) >= kSmallestInverse))
         return false;
     double slack = reach * (8.0 / 16777216.0) + FLT_MIN;
-    if (std::abs(inverse) > kSteepest)
+    if (std::abs(inverse) > kSteepestRay)
     {
         // Parallel: the ray is inside for every lambda or for none. A distance that is beyond the ray's end at this
         // inverse represents both.
-        inverse = std::copysign(kSteepest, inverse);
-        slack += 2.0 * std::abs(segment.lambdaMax) / kSteepest;
+        inverse = std::copysign(kSteepestRay, inverse);
+        slack += 2.0 * std::abs(segment.lambdaMax) / kSteepestRay;
     }
     const float low = roundUpToFloat(origin + growMax + slack);     // subtracted from minima
     const float high = roundDownToFloat(origin + growMin - slack);  // subtracted from maxima

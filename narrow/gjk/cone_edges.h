@@ -67,17 +67,17 @@ struct ConeWedges
 
 [[gnu::always_inline]] inline ConeWedges wedgesOf(const ConeEdges& edges, const ConeEdge& e)
 {
-    using Pair = Lanes<double>::Vector;
+    using Two = Lanes<double>::Vector;
     // Squared sine of the angle between two edges; a smaller one leaves too few digits of the weights.
     constexpr double kThin = 1e-8;
-    const Pair between = edges.x * e.edgeVector[0] + edges.y * e.edgeVector[1] + edges.z * e.edgeVector[2];
-    const Pair product = edges.length2 * e.length2;
+    const Two between = edges.x * e.edgeVector[0] + edges.y * e.edgeVector[1] + edges.z * e.edgeVector[2];
+    const Two product = edges.length2 * e.length2;
     ConeWedges w;
     w.scale = product - between * between;
     w.weight = edges.fall * e.length2 - e.fall * between;
     w.newWeight = e.fall * edges.length2 - edges.fall * between;
     w.gain = w.weight * edges.fall + w.newWeight * e.fall;
-    w.inner = laneBits((w.weight > Pair{}) & (w.newWeight > Pair{}) & (w.scale > kThin * product));
+    w.inner = laneBits((w.weight > Two{}) & (w.newWeight > Two{}) & (w.scale > kThin * product));
     return w;
 }
 }  // namespace cullet

@@ -13,7 +13,7 @@ inline namespace CULLET_PRECISION
 {
 namespace
 {
-using Vector = FourLanes<btScalar>;
+using FourScalars = FourLanes<btScalar>;
 
 /// Access to the identifiers that btManifoldResult keeps to itself.
 struct ShapeIds : btManifoldResult
@@ -30,7 +30,7 @@ struct ShapeIds : btManifoldResult
 /// A coordinate of four points each.
 struct Points
 {
-    Vector x, y, z;
+    FourScalars x, y, z;
 };
 
 /// btTransform::invXform() of four points.
@@ -38,7 +38,7 @@ struct Points
 {
     const btMatrix3x3& m = transform.getBasis();
     const btVector3& origin = transform.getOrigin();
-    const Vector x = points.x - origin[0], y = points.y - origin[1], z = points.z - origin[2];
+    const FourScalars x = points.x - origin[0], y = points.y - origin[1], z = points.z - origin[2];
     const auto row = [&](int i) { return x * m[0][i] + y * m[1][i] + z * m[2][i]; };
     return {row(0), row(1), row(2)};
 }
@@ -53,7 +53,7 @@ struct Points
     return {row(0), row(1), row(2)};
 }
 
-[[gnu::always_inline]] inline Vector squaredLengths(const Points& p)
+[[gnu::always_inline]] inline FourScalars squaredLengths(const Points& p)
 {
     return p.x * p.x + p.y * p.y + p.z * p.z;
 }
@@ -64,20 +64,20 @@ class Rows
 public:
     [[gnu::always_inline]] explicit Rows(const Points& p)
     {
-        const Vector zero(btScalar(0));
-        const Vector xyLow = Vector::shuffle<0, 4, 1, 5>(p.x, p.y),
-                     xyHigh = Vector::shuffle<2, 6, 3, 7>(p.x, p.y);
-        const Vector zLow = Vector::shuffle<0, 4, 1, 5>(p.z, zero);
-        const Vector zHigh = Vector::shuffle<2, 6, 3, 7>(p.z, zero);
-        m_rows[0] = Vector::shuffle<0, 1, 4, 5>(xyLow, zLow);
-        m_rows[1] = Vector::shuffle<2, 3, 6, 7>(xyLow, zLow);
-        m_rows[2] = Vector::shuffle<0, 1, 4, 5>(xyHigh, zHigh);
-        m_rows[3] = Vector::shuffle<2, 3, 6, 7>(xyHigh, zHigh);
+        const FourScalars zero(btScalar(0));
+        const FourScalars xyLow = FourScalars::shuffle<0, 4, 1, 5>(p.x, p.y),
+                          xyHigh = FourScalars::shuffle<2, 6, 3, 7>(p.x, p.y);
+        const FourScalars zLow = FourScalars::shuffle<0, 4, 1, 5>(p.z, zero);
+        const FourScalars zHigh = FourScalars::shuffle<2, 6, 3, 7>(p.z, zero);
+        m_rows[0] = FourScalars::shuffle<0, 1, 4, 5>(xyLow, zLow);
+        m_rows[1] = FourScalars::shuffle<2, 3, 6, 7>(xyLow, zLow);
+        m_rows[2] = FourScalars::shuffle<0, 1, 4, 5>(xyHigh, zHigh);
+        m_rows[3] = FourScalars::shuffle<2, 3, 6, 7>(xyHigh, zHigh);
     }
     [[gnu::always_inline]] void copy(int lane, btVector3& to) const { m_rows[lane].store(to.m_floats); }
 
 private:
-    Vector m_rows[4];
+    FourScalars m_rows[4];
 };
 
 /// Whether the application sees or changes single points.
@@ -97,15 +97,15 @@ public:
                                   const btCollisionObject& b, btPersistentManifold& manifold)
         : m_contact(contact),
           m_normal(contact.normal[0], contact.normal[1], contact.normal[2]),
-          m_distances(Vector::load(contact.distances)),
+          m_distances(FourScalars::load(contact.distances)),
           m_a(a),
           m_b(b),
           m_manifold(manifold),
           m_threshold(manifold.getContactBreakingThreshold())
     {
         const btVector3& n = m_normal;
-        const Points onB = {Vector::load(contact.points[0]), Vector::load(contact.points[1]),
-                            Vector::load(contact.points[2])};
+        const Points onB = {FourScalars::load(contact.points[0]), FourScalars::load(contact.points[1]),
+                            FourScalars::load(contact.points[2])};
         m_localA = toLocal(a.getWorldTransform(), {onB.x + m_distances * n[0], onB.y + m_distances * n[1],
                                                    onB.z + m_distances * n[2]});
         m_localB = toLocal(b.getWorldTransform(), onB);
@@ -131,11 +131,11 @@ public:
         const Points onA = toWorld(m_a.getWorldTransform(), m_localA);
         const Points onB = toWorld(m_b.getWorldTransform(), m_localB);
         const Points apart = {onA.x - onB.x, onA.y - onB.y, onA.z - onB.z};
-        const Vector distances = apart.x * n[0] + apart.y * n[1] + apart.z * n[2];
+        const FourScalars distances = apart.x * n[0] + apart.y * n[1] + apart.z * n[2];
         const Points drift = {onB.x - (onA.x - distances * n[0]), onB.y - (onA.y - distances * n[1]),
                               onB.z - (onA.z - distances * n[2])};
-        m_parted = (distances > Vector(m_threshold)).bits() |
-                   (squaredLengths(drift) > Vector(m_threshold * m_threshold)).bits();
+        m_parted = (distances > FourScalars(m_threshold)).bits() |
+                   (squaredLengths(drift) > FourScalars(m_threshold * m_threshold)).bits();
         const Rows localA(m_localA), localB(m_localB), rowsA(onA), rowsB(onB);
         m_manifold.setNumContacts(m_count);
         for (int i = 0; i < m_count; ++i)
@@ -168,7 +168,7 @@ public:
     }
 
 private:
-    [[gnu::always_inline]] Vector squaresFrom(btScalar x, btScalar y, btScalar z) const
+    [[gnu::always_inline]] FourScalars squaresFrom(btScalar x, btScalar y, btScalar z) const
     {
         return squaredLengths({m_localA.x - x, m_localA.y - y, m_localA.z - z});
     }
@@ -180,8 +180,10 @@ private:
         const Points &p = m_localA,
                      next = {p.x.lanes<1, 2, 3, 0>(), p.y.lanes<1, 2, 3, 0>(), p.z.lanes<1, 2, 3, 0>()};
         const Points other = {p.x.lanes<2, 3, 0, 1>(), p.y.lanes<2, 3, 0, 1>(), p.z.lanes<2, 3, 0, 1>()};
-        const auto isNear = [&](const Points& q) {
-            return (squaredLengths({p.x - q.x, p.y - q.y, p.z - q.z}) <= Vector(m_threshold * m_threshold))
+        const auto isNear = [&](const Points& q)
+        {
+            return (squaredLengths({p.x - q.x, p.y - q.y, p.z - q.z}) <=
+                    FourScalars(m_threshold * m_threshold))
                 .bits();
         };
         return m_contact.count == 1 || (m_contact.count == 4 && (isNear(next) | isNear(other)) == 0);
@@ -193,16 +195,16 @@ private:
     [[gnu::always_inline]] bool findPlacesAtOnce()
     {
         m_before = m_count = m_manifold.getNumContacts();
-        Vector least(m_threshold * m_threshold), places(btScalar(-1));
+        FourScalars least(m_threshold * m_threshold), places(btScalar(-1));
         for (int i = 0; i < MANIFOLD_CACHE_SIZE; ++i)
         {
             m_lanes[i] = -1;
             if (i >= m_before)
                 continue;
             const btVector3& p = m_manifold.getContactPoint(i).m_localPointA;
-            const Vector squares = squaresFrom(p[0], p[1], p[2]);
-            places = Vector::select(least > squares, Vector(btScalar(i)), places);
-            least = Vector::smaller(squares, least);
+            const FourScalars squares = squaresFrom(p[0], p[1], p[2]);
+            places = FourScalars::select(least > squares, FourScalars(btScalar(i)), places);
+            least = FourScalars::smaller(squares, least);
         }
         for (int k = 0; k < m_contact.count; ++k)
         {
@@ -304,7 +306,7 @@ private:
 
     const BoxContact<btScalar>& m_contact;
     const btVector3 m_normal;
-    const Vector m_distances;
+    const FourScalars m_distances;
     const btCollisionObject& m_a;
     const btCollisionObject& m_b;
     btPersistentManifold& m_manifold;
@@ -325,7 +327,8 @@ bool updateManifold(const BoxContact<btScalar>& contact, const btManifoldResult&
     const bool isSwapped = manifold.getBody0() != &first;
     const btCollisionObject &a = isSwapped ? second : first, &b = isSwapped ? first : second;
     if (manifold.getBody0() != &a || manifold.getBody1() != &b ||
-        (Vector::load(contact.distances) > Vector(manifold.getContactBreakingThreshold())).bits() != 0)
+        (FourScalars::load(contact.distances) > FourScalars(manifold.getContactBreakingThreshold())).bits() !=
+            0)
         return false;
     Update update(contact, a, b, manifold);
     update.findPlaces();

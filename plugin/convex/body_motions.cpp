@@ -18,7 +18,7 @@ inline namespace CULLET_PRECISION
 namespace
 {
 /// Bodies between the prefetch of a body's memory and its use.
-constexpr std::size_t kPrefetchDistance = 6;
+constexpr std::size_t kMotionsAhead = 6;
 
 /// A body whose credit falls below kLeastCredit is paused. After the pause its credit is kLeastCredit, so the motion
 /// must be useful at once.
@@ -30,9 +30,9 @@ constexpr std::size_t kSleepSample = 64;
 /// Up to this skew a matrix is close enough to a rotation for the bound of motionTo().
 constexpr float kMostSkew = 4e-5f;
 
-using Rows = std::array<Components, 3>;
+using MatrixRows = std::array<Components, 3>;
 
-void readRows(const btMatrix3x3& m, Rows& rows)
+void readRows(const btMatrix3x3& m, MatrixRows& rows)
 {
     for (int k = 0; k < 3; ++k)
         read(m[k], rows[static_cast<std::size_t>(k)]);
@@ -47,7 +47,7 @@ btScalar sumOfMagnitudes(const Components& v)
 
 /// An upper bound of the Frobenius norm of M^T M - I, and so of the distance of M from some rotation or mirrored
 /// rotation. Of two of these that are close to each other, both or neither are mirrored.
-float skewOf(const Rows& m)
+float skewOf(const MatrixRows& m)
 {
     Components squares = {-1, -1, -1}, products = {};
     for (const Components& row : m)
@@ -188,7 +188,7 @@ void BodyMotions::update(std::size_t begin, std::size_t end, std::uint64_t pass,
             i += sizeof(std::uint64_t) - 1;
             continue;
         }
-        const std::size_t later = std::min(i + kPrefetchDistance, end - 1);
+        const std::size_t later = std::min(i + kMotionsAhead, end - 1);
         if (m_pauses[later] == 0)
             prefetchBody(m_slots[later].body);
         // The motion is unknown since the pause began.
@@ -260,7 +260,7 @@ void BodyMotions::freeIfUnused() noexcept
 /// below 2^-126, the root of nine of them below 4e-19.
 BodyMotions::Motion BodyMotions::Slot::motionTo(const btTransform& to) noexcept
 {
-    Rows before, after;
+    MatrixRows before, after;
     readRows(place.getBasis(), before);
     readRows(to.getBasis(), after);
     const Components x = after[0] - before[0], y = after[1] - before[1], z = after[2] - before[2];
@@ -294,7 +294,7 @@ BodyMotions::Motion BodyMotions::Slot::move(std::uint64_t pass) noexcept
     if (!hasSameCore(pass))
     {
         readCore(pass);
-        Rows rows;
+        MatrixRows rows;
         readRows(to.getBasis(), rows);
         skew = skewOf(rows);
         place = to;

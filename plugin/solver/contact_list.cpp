@@ -19,7 +19,7 @@ inline namespace CULLET_PRECISION
 namespace
 {
 /// Manifolds for which a task pays.
-constexpr std::size_t kGrain = 512;
+constexpr std::size_t kManifoldGrain = 512;
 
 /// Flags of points that give them a softness of their own.
 constexpr int kOwnSoftness = BT_CONTACT_FLAG_HAS_CONTACT_CFM | BT_CONTACT_FLAG_HAS_CONTACT_ERP |
@@ -80,7 +80,7 @@ void ContactList::collect(const btContactSolverInfo& info, btPersistentManifold*
                           SolverBodies& bodies, ParallelLoops& loops)
 {
     const auto size = static_cast<std::size_t>(count);
-    const unsigned tasks = loops.tasksFor(size, kGrain);
+    const unsigned tasks = loops.tasksFor(size, kManifoldGrain);
     if (m_parts.size() < tasks)
         m_parts.resize(tasks);
     loops.run(tasks,

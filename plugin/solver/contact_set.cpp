@@ -18,7 +18,7 @@ inline namespace CULLET_PRECISION
 namespace
 {
 /// Blocks and contacts for which a task pays.
-constexpr std::size_t kBlockGrain = 64, kContactGrain = 2048;
+constexpr std::size_t kContactBlockGrain = 64, kContactGrain = 2048;
 
 /// Whether a part of a body is not lighter than the other body of a contact. Where it is, an iteration would take away an
 /// eighth of their approach at worst: a plate would sink into the floor.
@@ -59,7 +59,7 @@ void ContactSet::plan(const SolverStep& step, SolverBodies& bodies, ParallelLoop
 void ContactSet::layOut(const SolverStep& step, const SolverBodies& bodies, ParallelLoops& loops)
 {
     m_blocks.resize(m_plan.blocks().size());
-    parallelForEach(loops, m_blocks.size(), kBlockGrain,
+    parallelForEach(loops, m_blocks.size(), kContactBlockGrain,
                     [&](std::uint32_t i) { fillBlock(bodies, i, m_blocks[i]); });
     std::uint32_t rows = 0;
     m_pushCount = 0;
@@ -296,7 +296,7 @@ btScalar ContactSet::push(SolverBodies& bodies)
 
 void ContactSet::writeBack(const SolverStep& step, ParallelLoops& loops) const
 {
-    parallelForEach(loops, m_blocks.size(), kBlockGrain,
+    parallelForEach(loops, m_blocks.size(), kContactBlockGrain,
                     [&](std::uint32_t i)
                     {
                         if (i + 1 < m_blocks.size())

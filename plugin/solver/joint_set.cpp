@@ -20,7 +20,7 @@ inline namespace CULLET_PRECISION
 namespace
 {
 /// Blocks and joints for which a task pays.
-constexpr std::size_t kBlockGrain = 8, kJointGrain = 64;
+constexpr std::size_t kJointBlockGrain = 8, kJointGrain = 64;
 
 /// No joint of Bullet has more: two limits, a motor and a spring for each of six axes.
 constexpr int kMostRows = 24;
@@ -183,7 +183,7 @@ void JointSet::layOut(const SolverBodies& bodies)
 void JointSet::setUp(const SolverStep& step, const btContactSolverInfo& info, SolverBodies& bodies,
                      ParallelLoops& loops)
 {
-    parallelForEach(loops, m_blocks.size(), kBlockGrain,
+    parallelForEach(loops, m_blocks.size(), kJointBlockGrain,
                     [&](std::uint32_t i) { setUpBlock(step, info, bodies, i); });
 }
 

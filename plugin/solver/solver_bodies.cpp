@@ -19,7 +19,7 @@ inline namespace CULLET_PRECISION
 namespace
 {
 /// Bodies for which a task pays.
-constexpr std::size_t kGrain = 512;
+constexpr std::size_t kSolverBodyGrain = 512;
 
 /// Bodies between a prefetch and its use.
 constexpr std::size_t kReadAhead = 4;
@@ -53,7 +53,8 @@ void SolverBodies::number(btCollisionObject** bodies, int count, ParallelLoops& 
 {
     const auto size = static_cast<std::size_t>(count);
     m_places.resize(size);
-    parallelForEach(loops, size, kGrain, [&](std::uint32_t i) { m_places[i] = placeOf(*bodies[i]); });
+    parallelForEach(loops, size, kSolverBodyGrain,
+                    [&](std::uint32_t i) { m_places[i] = placeOf(*bodies[i]); });
     findLocalIds();
     findCells();
     numberByCells();
@@ -219,7 +220,7 @@ void SolverBodies::readStates(const btContactSolverInfo& info, ParallelLoops& lo
     m_missing.resize(size());
     m_states[kFixedBody] = {};
     m_motions[kFixedBody] = m_pushes[kFixedBody] = {};
-    parallelForEach(loops, size() - 1, kGrain,
+    parallelForEach(loops, size() - 1, kSolverBodyGrain,
                     [&](std::uint32_t i)
                     {
                         if (i + 1 + kReadAhead < size())
@@ -317,7 +318,7 @@ void SolverBodies::readState(const btContactSolverInfo& info, btRigidBody& body,
 
 void SolverBodies::beginSubsteps(ParallelLoops& loops)
 {
-    parallelForEach(loops, size(), kGrain,
+    parallelForEach(loops, size(), kSolverBodyGrain,
                     [&](std::uint32_t i)
                     {
                         for (int k = 0; k < 3; ++k)
@@ -331,7 +332,7 @@ void SolverBodies::beginSubsteps(ParallelLoops& loops)
 void SolverBodies::addForces(int substep, btScalar share, ParallelLoops& loops)
 {
     parallelForEach(
-        loops, size(), kGrain,
+        loops, size(), kSolverBodyGrain,
         [&](std::uint32_t i)
         {
             if (substep == 0)
@@ -347,7 +348,7 @@ void SolverBodies::addForces(int substep, btScalar share, ParallelLoops& loops)
 
 void SolverBodies::move(btScalar time, ParallelLoops& loops)
 {
-    parallelForEach(loops, size(), kGrain,
+    parallelForEach(loops, size(), kSolverBodyGrain,
                     [&](std::uint32_t i)
                     {
                         for (int k = 0; k < 3; ++k)
@@ -360,7 +361,7 @@ void SolverBodies::move(btScalar time, ParallelLoops& loops)
 
 void SolverBodies::endSubstep(int substep, btScalar share, btScalar time, ParallelLoops& loops)
 {
-    parallelForEach(loops, size(), kGrain,
+    parallelForEach(loops, size(), kSolverBodyGrain,
                     [&](std::uint32_t i)
                     {
                         const SolverBodyState& state = m_states[i];
@@ -384,7 +385,8 @@ void SolverBodies::MissingPart::add(const btScalar* velocity, const btVector3& a
 
 void SolverBodies::writeBackMoved(const btContactSolverInfo& info, ParallelLoops& loops)
 {
-    parallelForEach(loops, size() - 1, kGrain, [&](std::uint32_t i) { writeBackMoved(info, i + 1); });
+    parallelForEach(loops, size() - 1, kSolverBodyGrain,
+                    [&](std::uint32_t i) { writeBackMoved(info, i + 1); });
 }
 
 void SolverBodies::writeBackMoved(const btContactSolverInfo& info, std::uint32_t number) const
@@ -417,7 +419,7 @@ void SolverBodies::writeBackMoved(const btContactSolverInfo& info, std::uint32_t
 
 void SolverBodies::writeBack(const btContactSolverInfo& info, ParallelLoops& loops)
 {
-    parallelForEach(loops, size() - 1, kGrain, [&](std::uint32_t i) { writeBack(info, i + 1); });
+    parallelForEach(loops, size() - 1, kSolverBodyGrain, [&](std::uint32_t i) { writeBack(info, i + 1); });
 }
 
 void SolverBodies::writeBack(const btContactSolverInfo& info, std::uint32_t number) const

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "cullet/demos/scenes/hulls/hull_points.h"
+#include "cullet/demos/scenes/hulls/hull_queries.h"
 #include "cullet/narrow/math/exact_orientation.h"
 
 #include <Eigen/Core>

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "cullet/demos/scenes/hulls/hull_points.h"
+#include "cullet/demos/scenes/hulls/hull_queries.h"
 #include "cullet/narrow/epa/epa.h"
 #include "cullet/narrow/gjk/gjk.h"
 #include "cullet/narrow/gjk/isa_gjk.h"

@@ -4,15 +4,14 @@
 
 #include "cullet/broad/backend.h"
 
+#include <array>
 #include <cstdint>
-#include <map>
-#include <set>
 #include <utility>
 #include <vector>
 
 namespace cullet::test
 {
-/// The definition of the pair set in Backend's docstring as a model: a set of id pairs and a map of boxes.
+/// The definition of the pair set in Backend's docstring as a model: a set of id pairs and a list of boxes.
 ///
 /// Shares no code and no arithmetic with the library (gaps in double precision instead of float comparisons), so that
 /// the two cannot share a fault in overlaps(), overlapsWithMargin(), isValid() or the pair lists. It ignores `dirty`
@@ -33,14 +32,20 @@ public:
 private:
     struct Body
     {
-        Aabb box;
+        std::uint32_t id;
+        std::array<double, 3> min, max;
         Filter filter;
     };
 
-    void readBodies(const ProxyView& proxies);
-    bool stays(RowPair pair, float margin) const;
+    static double gapBetween(const Body& a, const Body& b);
+    static bool areApart(const Body& a, const Body& b);
 
-    std::map<std::uint32_t, Body> m_bodies;  ///< bodies with a box that can overlap, by id
-    std::set<RowPair> m_pairs;
+    void readBodies(const ProxyView& proxies);
+    const Body* find(std::uint32_t id) const;
+    bool stays(RowPair pair, float margin) const;
+    std::vector<RowPair> overlaps() const;  ///< sorted
+
+    std::vector<Body> m_bodies;    ///< bodies with a box that can overlap, in the order of their ids
+    std::vector<RowPair> m_pairs;  ///< sorted
 };
 }  // namespace cullet::test

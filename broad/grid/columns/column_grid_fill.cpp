@@ -19,7 +19,7 @@ namespace
 // The sizes of one box in so many are recorded, and those of all boxes that do not fit the plan.
 constexpr std::uint32_t kSizeSampling = 8;
 constexpr std::uint32_t kLocateBlock = 128;
-constexpr std::uint32_t kSample = 512;
+constexpr std::uint32_t kFillSample = 512;
 constexpr float kLargestExtent = static_cast<float>(std::uint64_t{1} << kHighestOctave);
 
 /// Interval of the numbers without the outer 1/64 on either side; reorders them.
@@ -307,7 +307,7 @@ void ColumnGrid::sampleInput(const GridInput& input)
     std::vector<std::int32_t> js;
     std::vector<std::int32_t> ks;
     std::vector<float> starts;
-    const std::uint32_t stride = std::max(1u, input.count / kSample) | 1u;
+    const std::uint32_t stride = std::max(1u, input.count / kFillSample) | 1u;
     for (std::uint32_t i = 0; i < input.count; i += stride)
     {
         const Aabb& box = input.boxes[input.proxyRows != nullptr ? input.proxyRows[i] : i];

@@ -17,7 +17,7 @@ namespace
 constexpr std::size_t kCompareGrain = 4096;
 constexpr std::size_t kCompareBlock = 512;
 // Boxes are prefetched so many iterations early.
-constexpr std::size_t kPrefetch = 32;
+constexpr std::size_t kMigratedAhead = 32;
 // Followed scans do not measure sizes and spans; after so many of them a refill checks the plan.
 constexpr std::uint32_t kLongestFollow = 128;
 // Nor is the plan checked before so many, should its prediction stay wrong: a refill in every update would cost more.
@@ -173,7 +173,7 @@ bool ColumnGrid::follow(const GridInput& input, const Aabb* before,
     m_isFollowable = false;
     for (std::size_t i = 0; i < migrated.size(); ++i)
     {
-        const std::uint32_t ahead = migrated[std::min(i + kPrefetch, migrated.size() - 1)];
+        const std::uint32_t ahead = migrated[std::min(i + kMigratedAhead, migrated.size() - 1)];
         prefetchBox(input.boxes + ahead);
         prefetchBox(before + ahead);
         if (!insertMigrated(input, before[migrated[i]], migrated[i]))

@@ -16,7 +16,7 @@ namespace cullet
 namespace
 {
 // Boxes are prefetched so many iterations early.
-constexpr std::uint32_t kPrefetch = 32;
+constexpr std::uint32_t kNeighboursAhead = 32;
 // Skin of a list, as a share of the shortest edge of its box: a list lasts some eleven updates in W3, with two and a
 // half times as many neighbours as overlapping boxes.
 constexpr float kListSkinShare = 0.35f;
@@ -94,7 +94,7 @@ void NeighbourLists::update(const ProxyView& view, const Skins& awake, bool areS
     const TaskRange range = rangeOf(part);
     for (std::uint32_t i = range.begin; i < range.end; ++i)
     {
-        prefetchBox(view.boxes + m_rows[std::min(i + kPrefetch, range.end - 1)]);
+        prefetchBox(view.boxes + m_rows[std::min(i + kNeighboursAhead, range.end - 1)]);
         const Aabb& box = view.boxes[m_rows[i]];
         const List& list = m_lists[i];
         if (list.skin.thickness < 0.0f || !list.skin.contains(box, list.box))

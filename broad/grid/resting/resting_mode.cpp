@@ -18,7 +18,7 @@ constexpr double kAwakeShare = 0.22;
 // Where more than one row in so many changed, all boxes and all changeable pairs are tested.
 constexpr std::uint32_t kManyShare = 4;
 // Boxes per call of a kernel.
-constexpr std::uint32_t kBlock = 512;
+constexpr std::uint32_t kRestingBlock = 512;
 }  // namespace
 
 void RestingMode::begin(const ProxyView& view, const std::vector<RowPair>& held)
@@ -135,10 +135,10 @@ std::uint32_t RestingMode::classifyFewChangedBoxes(const ProxyView& view)
 std::uint32_t RestingMode::classifyAllBoxes(const ProxyView& view)
 {
     const SkinSource source = {view.boxes, m_core.reference.data(), m_skin.thickness};
-    std::array<std::uint32_t, kBlock> outside;
-    for (std::uint32_t begin = 0; begin < view.size; begin += kBlock)
+    std::array<std::uint32_t, kRestingBlock> outside;
+    for (std::uint32_t begin = 0; begin < view.size; begin += kRestingBlock)
     {
-        const std::uint32_t end = std::min(begin + kBlock, view.size);
+        const std::uint32_t end = std::min(begin + kRestingBlock, view.size);
         const std::uint32_t count = m_core.kernels.findBoxesOutsideSkin(source, begin, end, outside.data());
         for (std::uint32_t i = 0; i < count; ++i)
         {

@@ -15,7 +15,7 @@ namespace cullet
 namespace
 {
 // The boxes of pairs are prefetched so many iterations early.
-constexpr std::ptrdiff_t kPrefetch = 64;
+constexpr std::ptrdiff_t kKeysAhead = 64;
 constexpr std::size_t kCompareGrain = 4096;
 
 /// The sorted keys whose lower row is in [firstRow, lastRow).
@@ -124,7 +124,7 @@ void OverlapList::separateOldPairs(const ProxyView& view, const std::uint64_t* o
         for (const std::uint64_t* key = old; key != end; ++key)
         {
             const RowPair pair = rowsOf(*key);
-            const std::uint32_t ahead = rowsOf(key[std::min(kPrefetch, end - key - 1)]).b;
+            const std::uint32_t ahead = rowsOf(key[std::min(kKeysAhead, end - key - 1)]).b;
             prefetchBox(view.boxes + ahead);
             __builtin_prefetch(view.uniqueIds + ahead);
             // areFarApart() decides nearly all pairs, at half the cost of isWithinMargin().

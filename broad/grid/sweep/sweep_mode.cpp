@@ -18,7 +18,7 @@ constexpr std::uint32_t kMostTeleportedShare = 2;
 constexpr std::uint32_t kTeleportSample = 256;
 constexpr std::size_t kCopyGrain = 16384;
 // The boxes of pairs are prefetched so many iterations early.
-constexpr std::uint32_t kPrefetch = 32;
+constexpr std::uint32_t kPairsAhead = 32;
 
 std::uint32_t sampleStride(std::uint32_t rows)
 {
@@ -44,7 +44,7 @@ public:
             m_mode.m_overlapping.found(worker).makeRoom(found.count);
         for (std::uint32_t i = 0; i < found.count; ++i)
         {
-            prefetchPair(before, found.pair(std::min(i + kPrefetch, found.count - 1)));
+            prefetchPair(before, found.pair(std::min(i + kPairsAhead, found.count - 1)));
             const RowPair pair = found.pair(i);
             const bool overlapped = overlapsBranchless(before[pair.a], before[pair.b]);
             const bool overlaps = found.gap[i] <= 0.0f;

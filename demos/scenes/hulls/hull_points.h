@@ -25,6 +25,8 @@ extern template Hull<float> makeHull(const std::vector<Eigen::Vector3f>&, HullEx
 extern template Hull<double> makeHull(const std::vector<Eigen::Vector3d>&, HullExtra);
 extern template Hull<float> makeHull(const Eigen::Vector3f*, std::int32_t, HullExtra);
 extern template Hull<double> makeHull(const Eigen::Vector3d*, std::int32_t, HullExtra);
+extern template Hull<float> makeCornerHull(const std::vector<Eigen::Vector3f>&);
+extern template Hull<double> makeCornerHull(const std::vector<Eigen::Vector3d>&);
 
 using Points = std::vector<Eigen::Vector3d>;
 

@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 #include "cullet/demos/scenes/hulls/hull_points.h"
+#include "cullet/demos/scenes/hulls/hull_queries.h"
 #include "cullet/narrow/gjk/gjk.h"
 #include "cullet/tests/plugin/contact/patch_oracle.h"
 #include "cullet/tests/support/random.h"

@@ -2,7 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "cullet/narrow/build/hull_builder.h"
+#include "cullet/demos/scenes/hulls/hull_points.h"
+#include "cullet/demos/scenes/hulls/hull_queries.h"
 #include "cullet/narrow/hull/posed_hull.h"
 
 #include <BulletCollision/CollisionShapes/btBoxShape.h>

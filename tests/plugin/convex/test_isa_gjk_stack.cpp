@@ -4,7 +4,8 @@
 // Stack usage of the narrow phase: threads and fibres of applications may have 64 kB.
 
 #include "cullet/base/sanitizer.h"
-#include "cullet/narrow/build/hull_builder.h"
+#include "cullet/demos/scenes/hulls/hull_points.h"
+#include "cullet/demos/scenes/hulls/hull_queries.h"
 #include "cullet/narrow/epa/epa.h"
 #include "cullet/narrow/epa/exact_penetration.h"
 #include "cullet/narrow/gjk/gjk.h"
