@@ -735,7 +735,8 @@ typedef struct cullet_contacts
     const float* depths;
     /** Floats of shape [overlapping, 20], strides (20, 1), of the pairs in `overlaps`: the vector as above; the number of
      *  points, 1 to 4, as the bits of an integer; for each of four points that of the second body, relative to the position
-     *  of the first, and its depth, negative for a gap. NULL if not asked for */
+     *  of the first, and its depth, negative for a gap. The first is the deepest, up to a thousandth of the sum of its depth
+     *  and the margin. NULL if not asked for */
     const float* contacts;
     /** Numbers of pairs and of overlaps. The first is 2^64 - 1 where a list was too short, see
      *  cullet_contact_finder_ahead(). The second is NULL if overlaps is */

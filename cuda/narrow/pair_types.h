@@ -72,7 +72,8 @@ struct alignas(16) PairContact
 {
     float normal[3];      ///< PairDepth::normal
     std::uint32_t count;  ///< of points, 1 to 4
-    PairContactPoint
-        points[4];  ///< the deepest first, which is that of PairDepth; those beyond the count are 0
+    /// The deepest first: that of PairDepth, or a corner that lacks at most a thousandth of the sum of its depth and the
+    /// margin. Those beyond the count are 0.
+    PairContactPoint points[4];
 };
 }  // namespace cullet
