@@ -202,8 +202,10 @@ void WatchedBroadphase::setAabb(btBroadphaseProxy* proxy, const btVector3& min, 
 {
     const std::uint32_t id = idOf(*proxy);
     const bool isChanged = !hasBox(*proxy, min, max);
-    m_proxies[id].isTouched = true;
-    m_proxies[id].words = wordsOf(*proxy);
+    Watched& watched = m_proxies[id];
+    watched.isTouched = true;
+    watched.words = wordsOf(*proxy);
+    watched.updatesToNotice = 0;
     m_inner->setAabb(proxy, min, max, dispatcher);
     // The filter may have destroyed it.
     if (isChanged && find(id) != nullptr)
@@ -220,7 +222,7 @@ void WatchedBroadphase::expectPairsOfGhosts(btBroadphaseProxy& proxy)
     for (const auto& [id, other] : m_proxies)
     {
         btBroadphaseProxy& second = *other.proxy;
-        if (&second == &proxy || !(isGhost(proxy) || isGhost(second)) || other.words != wordsOf(second) ||
+        if (&second == &proxy || !(isGhost(proxy) || isGhost(second)) || !other.areWordsKnown() ||
             !overlap(proxy, second) || !passes(proxy, second))
             continue;
         const Pair pair = makePair(idOf(proxy), id);
@@ -254,8 +256,27 @@ void WatchedBroadphase::beginUpdate()
     m_isUpdating = true;
     m_filter = getOverlappingPairCache()->getOverlapFilterCallback();
     for (auto& [id, watched] : m_proxies)
-        watched = {watched.proxy, watched.proxy->m_aabbMin, watched.proxy->m_aabbMax,
-                   m_filter == nullptr ? wordsOf(*watched.proxy) : watched.words, false};
+    {
+        watched.min = watched.proxy->m_aabbMin;
+        watched.max = watched.proxy->m_aabbMax;
+        watched.isTouched = false;
+        if (m_filter == nullptr)
+            noticeWords(watched);
+    }
+}
+
+/// Words that change without a new box are noticed in the next update; those of many proxies within four.
+void WatchedBroadphase::noticeWords(Watched& watched) const
+{
+    constexpr std::uint32_t kFew = 200;  // ids given so far, the last ones maybe in vain
+    constexpr int kMostUpdates = 4;
+    const std::pair<int, int> words = wordsOf(*watched.proxy);
+    if (words != watched.words)
+    {
+        watched.words = words;
+        watched.updatesToNotice = m_proxies.rbegin()->first <= kFew ? 1 : kMostUpdates;
+    }
+    watched.updatesToNotice = std::max(watched.updatesToNotice - 1, 0);
 }
 
 void WatchedBroadphase::endUpdate(bool isInterrupted)
@@ -286,7 +307,9 @@ bool WatchedBroadphase::mayHold(Pair pair, bool isInterrupted) const
     const btScalar rounding = std::max(roundingOf(a.min, a.max), roundingOf(b.min, b.max));
     // Pairs of ghosts have entered since the last update.
     const bool wasHeld = isKnown(pair) || isGhost(*a.proxy) || isGhost(*b.proxy);
-    return wasHeld ? gap <= 2 * m_margin + rounding : gap < 0 && passes(*a.proxy, *b.proxy);
+    if (wasHeld)
+        return gap <= 2 * m_margin + rounding;
+    return gap < 0 && (passes(*a.proxy, *b.proxy) || !a.areWordsKnown() || !b.areWordsKnown());
 }
 
 void WatchedBroadphase::checkMissed(const Pairs& cached, bool isInterrupted)
@@ -306,7 +329,7 @@ void WatchedBroadphase::checkMissed(const Pairs& cached, bool isInterrupted)
 bool WatchedBroadphase::mustHold(Pair pair, const Watched& a, const Watched& b, bool isInterrupted) const
 {
     // Beside a filter, changed words are noticed with the next box.
-    const bool areWordsKnown = a.words == wordsOf(*a.proxy) && b.words == wordsOf(*b.proxy);
+    const bool areWordsKnown = a.areWordsKnown() && b.areWordsKnown();
     if (a.isTouched || b.isTouched)
         return false;
     const btScalar gap = gapOf(a.min, a.max, b.min, b.max);
