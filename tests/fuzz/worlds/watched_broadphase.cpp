@@ -53,7 +53,7 @@ bool overlap(const btBroadphaseProxy& a, const btBroadphaseProxy& b)
            -std::numeric_limits<btScalar>::infinity();
 }
 
-/// Boxes are kept by their roundings to float: what those may add to a gap.
+/// Boxes are kept by their roundings to float: what those may add to a gap, relative to the world's origin.
 btScalar roundingOf(const btVector3& min, const btVector3& max)
 {
     btScalar most = 0;
@@ -183,6 +183,7 @@ btBroadphaseProxy* WatchedBroadphase::createProxy(const btVector3& min, const bt
     btBroadphaseProxy* proxy = m_inner->createProxy(min, max, shapeType, client, group, mask, dispatcher);
     if (!hasBox(*proxy, min, max))
         fail("createProxy() keeps another box", {idOf(*proxy), 0});
+    noticeFarBox(min, max);
     m_proxies[idOf(*proxy)] = {proxy, min, max, wordsOf(*proxy), true};
     expectPairsOfGhosts(*proxy);
     return proxy;
@@ -206,6 +207,7 @@ void WatchedBroadphase::setAabb(btBroadphaseProxy* proxy, const btVector3& min, 
     watched.isTouched = true;
     watched.words = wordsOf(*proxy);
     watched.updatesToNotice = 0;
+    noticeFarBox(min, max);
     m_inner->setAabb(proxy, min, max, dispatcher);
     // The filter may have destroyed it.
     if (isChanged && find(id) != nullptr)
@@ -279,6 +281,22 @@ void WatchedBroadphase::noticeWords(Watched& watched) const
     watched.updatesToNotice = std::max(watched.updatesToNotice - 1, 0);
 }
 
+/// In double precision a box whose rounding is large beside the margin lets the broad phase keep all boxes relative to
+/// the place where most are.
+void WatchedBroadphase::noticeFarBox(const btVector3& min, const btVector3& max)
+{
+    m_hasMovingOrigin =
+        m_hasMovingOrigin || (sizeof(btScalar) != sizeof(float) && 2 * roundingOf(min, max) > m_margin);
+}
+
+/// What the roundings of two boxes may add to their gap. Relative to another origin these may be larger, but up to half the
+/// margin: beyond that the exact boxes are compared.
+btScalar WatchedBroadphase::tolerance(const Watched& a, const Watched& b) const
+{
+    const btScalar rounding = std::max(roundingOf(a.min, a.max), roundingOf(b.min, b.max));
+    return m_hasMovingOrigin ? std::max(rounding, m_margin / 2) : rounding;
+}
+
 void WatchedBroadphase::endUpdate(bool isInterrupted)
 {
     m_isUpdating = false;
@@ -304,11 +322,10 @@ bool WatchedBroadphase::mayHold(Pair pair, bool isInterrupted) const
     if (a.isTouched || b.isTouched || (isInterrupted && isKnown(pair)))
         return true;
     const btScalar gap = gapOf(a.min, a.max, b.min, b.max);
-    const btScalar rounding = std::max(roundingOf(a.min, a.max), roundingOf(b.min, b.max));
     // Pairs of ghosts have entered since the last update.
     const bool wasHeld = isKnown(pair) || isGhost(*a.proxy) || isGhost(*b.proxy);
     if (wasHeld)
-        return gap <= 2 * m_margin + rounding;
+        return gap <= 2 * m_margin + tolerance(a, b);
     return gap < 0 && (passes(*a.proxy, *b.proxy) || !a.areWordsKnown() || !b.areWordsKnown());
 }
 

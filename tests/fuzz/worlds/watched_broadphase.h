@@ -100,6 +100,8 @@ private:
     bool mustHold(Pair pair, const Watched& a, const Watched& b, bool isInterrupted) const;
     bool isKnown(Pair pair) const;
     void noticeWords(Watched& watched) const;
+    void noticeFarBox(const btVector3& min, const btVector3& max);
+    btScalar tolerance(const Watched& a, const Watched& b) const;
     const Watched* find(std::uint32_t id) const;
     void fail(const std::string& what, Pair pair);
 
@@ -111,7 +113,8 @@ private:
     Pairs m_held;                                       ///< sorted
     const btOverlapFilterCallback* m_filter = nullptr;  ///< of the last update
     bool m_isUpdating = false;
-    int m_creations = 0;  ///< calls of createProxy() that run: their proxies are not known yet
+    bool m_hasMovingOrigin = false;  ///< may have: the place that boxes are kept relative to
+    int m_creations = 0;             ///< calls of createProxy() that run: their proxies are not known yet
     std::string m_fault;
 };
 }  // namespace cullet::test
