@@ -26,16 +26,34 @@ void DeferredPairs::storeGrownBox(std::uint32_t uniqueId, std::uint32_t row, con
 void DeferredPairs::insert(Pair pair, std::uint32_t rowFirst, std::uint32_t rowSecond, Reason reason,
                            const Aabb* boxes, float margin)
 {
+    if (reason == kRefused && hasMarkedRows())
+        return mark(pair, rowFirst, rowSecond, boxes, margin);
     storeGrownBox(pair.first, rowFirst, boxes, margin);
     storeGrownBox(pair.second, rowSecond, boxes, margin);
-    if (reason == kRefused && hasMarkedRows())
-    {
-        erase(pair);
-        mark(rowFirst);
-        mark(rowSecond);
-        return;
-    }
     m_set.insert(pair, reason);
+}
+
+void DeferredPairs::mark(Pair pair, std::uint32_t rowFirst, std::uint32_t rowSecond, const Aabb* boxes,
+                         float margin)
+{
+    storeGrownBox(pair.first, rowFirst, boxes, margin);
+    storeGrownBox(pair.second, rowSecond, boxes, margin);
+    erase(pair);
+    mark(rowFirst);
+    mark(rowSecond);
+}
+
+bool DeferredPairs::isNear(Pair pair) const noexcept
+{
+    const std::uint32_t index = m_set.size() == 0 ? PairMap::kNone : m_set.find(pair);
+    return index != PairMap::kNone && m_set.tag(index) == kNear;
+}
+
+void DeferredPairs::confirmHeld(Pair pair) noexcept
+{
+    const std::uint32_t index = m_set.size() == 0 ? PairMap::kNone : m_set.find(pair);
+    if (index != PairMap::kNone && m_set.tag(index) == kNear)
+        m_set.setTag(index, kSeparated);
 }
 
 bool DeferredPairs::isRefusalCurrent(Pair pair, std::uint32_t rowFirst, std::uint32_t rowSecond,
@@ -53,7 +71,7 @@ void DeferredPairs::collectToReevaluateOf(std::uint32_t uniqueId, bool includesR
     m_set.forEachOf(uniqueId,
                     [&](std::uint32_t index)
                     {
-                        if (includesRefused || m_set.tag(index) == kSeparated)
+                        if (includesRefused || m_set.tag(index) != kRefused)
                             toReevaluate.push_back(m_set.pairs()[index]);
                     });
 }
@@ -96,8 +114,13 @@ void DeferredPairs::setMark(std::uint32_t row, Mark mark) noexcept
     m_marks[row] = mark;
 }
 
-void DeferredPairs::unmarkAll() noexcept
+void DeferredPairs::followRestart() noexcept
 {
+    for (std::uint32_t index = 0; index < m_set.size(); ++index)
+    {
+        if (m_set.tag(index) == kNear)
+            m_set.setTag(index, kSeparated);
+    }
     std::fill(m_marks.begin(), m_marks.end(), Mark::None);
     m_markedRows = 0;
 }

@@ -23,8 +23,10 @@ inline namespace CULLET_PRECISION
 /// by the margin, or when a filter word changes.
 ///
 /// DBVT remembers no refusal. So that many cost no more here, refused pairs are listed up to a limit only. Beyond it
-/// the rows that have some are marked, and the owner finds the pairs of a marked row that is due by a box query. They
-/// are listed again when no row is marked any more. Where they are a large share of all pairs, AllowedPairs takes over.
+/// the rows that have some are marked, and the owner finds the pairs of a marked row that is due by a box query, those
+/// within the margin too: the backend still holds a refused pair there. What the filter allows of these is listed until
+/// the boxes overlap. Refused pairs are listed again when no row is marked any more. Where they are a large share of all
+/// pairs, AllowedPairs takes over.
 ///
 /// Unchanged rows cost nothing.
 class DeferredPairs
@@ -33,7 +35,8 @@ public:
     enum Reason : std::uint8_t
     {
         kRefused,
-        kSeparated
+        kSeparated,
+        kNear  ///< as kSeparated, but the backend may not hold the pair
     };
 
     /// Adds the pair, or changes its reason; a refused one marks its rows if rows are marked. `boxes` are the current
@@ -44,6 +47,11 @@ public:
     bool erase(Pair pair) noexcept { return m_set.erase(pair); }
     void eraseAllOf(std::uint32_t uniqueId, std::uint32_t row) noexcept;
     bool contains(Pair pair) const noexcept { return m_set.size() != 0 && m_set.contains(pair); }
+
+    /// Whether the pair is listed and the backend may not hold it.
+    bool isNear(Pair pair) const noexcept;
+    /// The backend holds the pair, which need not be listed.
+    void confirmHeld(Pair pair) noexcept;
 
     /// Whether the pair is listed as refused and neither box has left its grown box since.
     bool isRefusalCurrent(Pair pair, std::uint32_t rowFirst, std::uint32_t rowSecond,
@@ -72,12 +80,12 @@ public:
         PairMap separated;
         for (std::uint32_t index = 0; index < m_set.size(); ++index)
         {
-            if (m_set.tag(index) == kSeparated)
-                separated.insert(m_set.pairs()[index], kSeparated);
+            if (m_set.tag(index) != kRefused)
+                separated.insert(m_set.pairs()[index], m_set.tag(index));
         }
         for (std::uint32_t index = 0; index < m_set.size(); ++index)
         {
-            if (m_set.tag(index) == kSeparated)
+            if (m_set.tag(index) != kRefused)
                 continue;
             mark(rowOf(m_set.pairs()[index].first));
             mark(rowOf(m_set.pairs()[index].second));
@@ -85,10 +93,13 @@ public:
         m_set = std::move(separated);
     }
 
+    /// Marks the rows of a refused pair, which is then not listed. `boxes` are the current boxes by row.
+    void mark(Pair pair, std::uint32_t rowFirst, std::uint32_t rowSecond, const Aabb* boxes, float margin);
+
     /// Whether refused pairs exist that are not listed.
     bool hasMarkedRows() const noexcept { return m_markedRows != 0; }
-    /// Forgets the refused pairs that are not listed.
-    void unmarkAll() noexcept;
+    /// The backend holds the listed pairs, all of them, and none of the refused ones that are not listed.
+    void followRestart() noexcept;
 
     /// Whether there are pairs, listed or not.
     bool mayHavePairs() const noexcept { return m_set.size() != 0 || m_markedRows != 0; }

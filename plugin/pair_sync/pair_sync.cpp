@@ -133,8 +133,9 @@ void PairSync::detectExternalChanges()
     const btOverlapFilterCallback* filter = m_adapter.filterCallback();
     if (filter != m_filter)
     {
-        // Without a callback the backend drops pairs by group and mask, which a callback may let pass.
-        if (m_filter == nullptr)
+        // Without a callback the backend drops pairs by group and mask, which a callback may let pass, and holds all listed
+        // pairs, which a callback may allow while they are near.
+        if (m_filter == nullptr || filter == nullptr)
             m_state.restart();
         m_state.reevaluate();
         m_filter = filter;
@@ -191,7 +192,7 @@ void PairSync::restartBackend()
     m_scratch.insert(m_scratch.end(), m_deferredPairs.pairs().begin(), m_deferredPairs.pairs().end());
     sortUnique(m_scratch);
     m_backend->restart(m_scratch);
-    m_deferredPairs.unmarkAll();
+    m_deferredPairs.followRestart();
     m_speculativePairs.clear();
     ++m_restartsTotal;
 }
@@ -265,7 +266,11 @@ void PairSync::deferSeparated(float margin)
         const Proxy* first = m_store.find(pair.first);
         const Proxy* second = m_store.find(pair.second);
         const bool isInBackend = !std::binary_search(m_delta.removed.begin(), m_delta.removed.end(), pair);
-        if (first != nullptr && second != nullptr && isInBackend && !m_speculativePairs.contains(pair))
+        if (first == nullptr || second == nullptr || !isInBackend)
+            continue;
+        if (m_speculativePairs.contains(pair))
+            deferNear(pair, *first, *second, margin);
+        else
             defer(pair, *first, *second, false, margin);
     }
 }
@@ -326,10 +331,16 @@ void PairSync::applyAdded(float margin)
     m_scratch.clear();
     if (m_toReevaluate.empty() && m_delta.added.empty())
         return;
-    // Both lists are sorted, and no pair is in both: the backend already holds the deferred pairs.
+    if (m_deferredPairs.size() != 0)
+    {
+        for (const Pair pair : m_delta.added)
+            m_deferredPairs.confirmHeld(pair);
+    }
+    // Both lists are sorted.
     m_scratch.resize(m_toReevaluate.size() + m_delta.added.size());
-    std::merge(m_toReevaluate.begin(), m_toReevaluate.end(), m_delta.added.begin(), m_delta.added.end(),
-               m_scratch.begin());
+    const auto end = std::set_union(m_toReevaluate.begin(), m_toReevaluate.end(), m_delta.added.begin(),
+                                    m_delta.added.end(), m_scratch.begin());
+    m_scratch.erase(end, m_scratch.end());
     const bool canAddUnfiltered = m_adapter.canAddUnfiltered();
     // A callback may refuse most of them.
     if (canAddUnfiltered)
@@ -373,6 +384,14 @@ void PairSync::tryAdd(Pair pair, float margin)
     if (first == nullptr || second == nullptr || m_speculativePairs.erase(pair))
         return;
     const bool exactBoxesOverlap = overlapNow(*first, *second);
+    if (m_deferredPairs.isNear(pair))
+    {
+        if (!exactBoxesOverlap)
+            return deferNear(pair, *first, *second, margin);
+        // Not reported just now: its box is one of the next update, or the backend held it when the filter refused it.
+        // Which one, the backend shows after a restart.
+        m_state.restart();
+    }
     const std::uint64_t withoutMemory = m_adapter.pairsWithoutMemory();
     if (exactBoxesOverlap && m_adapter.add(*first, *second))
     {
@@ -407,6 +426,16 @@ void PairSync::defer(Pair pair, const Proxy& first, const Proxy& second, bool ex
         markRefused();
 }
 
+/// Defers a pair of boxes that do not overlap and that the backend may not hold, while they are within the margin.
+void PairSync::deferNear(Pair pair, const Proxy& first, const Proxy& second, float margin)
+{
+    if (areNearInTable(first, second, margin))
+        m_deferredPairs.insert(pair, ProxyStore::rowOf(&first), ProxyStore::rowOf(&second),
+                               DeferredPairs::kNear, m_store.table().boxes(), margin);
+    else
+        m_deferredPairs.erase(pair);
+}
+
 void PairSync::addImmediately(Proxy& a, Proxy& b)
 {
     if (!overlapNow(a, b) || m_adapter.contains(a, b))
@@ -423,7 +452,8 @@ void PairSync::addImmediately(Proxy& a, Proxy& b)
     if (!m_adapter.add(first, second))
         return;
     ++m_expectedCount;
-    if (m_deferredPairs.erase(pair))
+    const bool mayBeNew = m_deferredPairs.isNear(pair);
+    if (m_deferredPairs.erase(pair) && !mayBeNew)
         return;
     try
     {

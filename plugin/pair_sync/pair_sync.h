@@ -88,7 +88,8 @@ private:
     void trimMemory();
     void askAgain(const QueryIndex& index, float margin);
     void askAgainOf(Proxy& proxy, const QueryIndex& index, float margin);
-    bool isRefused(Pair pair, Proxy& first, Proxy& second) const;
+    void askAgainAbout(Pair pair, Proxy& first, Proxy& second, float margin);
+    bool areNearInTable(const Proxy& first, const Proxy& second, float margin) const;
     bool passesFilterNow(Proxy& first, Proxy& second) const;
     bool mayBeginAllowedPairs() const;
     void beginAllowedPairs(float margin);
@@ -99,6 +100,7 @@ private:
     void addUnfiltered(Pair pair, float margin);
     void tryAdd(Pair pair, float margin);
     void defer(Pair pair, const Proxy& first, const Proxy& second, bool exactBoxesOverlap, float margin);
+    void deferNear(Pair pair, const Proxy& first, const Proxy& second, float margin);
     void markRefused();
     bool isExternallyRemoved(Pair pair, const ProxyView& view) const;
     bool haveValidBoxes(const Proxy& first, const Proxy& second) const;

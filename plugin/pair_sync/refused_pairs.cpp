@@ -4,6 +4,7 @@
 // Pairs that the filter refused and that are not listed: see DeferredPairs and AllowedPairs.
 #include "cullet/broad/row_pair.h"
 #include "cullet/plugin/core/proxy_ids.h"
+#include "cullet/plugin/pair_sync/grown_box.h"
 #include "cullet/plugin/pair_sync/pair_sync.h"
 
 #include <algorithm>
@@ -24,11 +25,35 @@ void PairSync::markRefused()
         });
 }
 
-/// Whether the cache lacks a pair of boxes that overlap, and nothing else will ask the filter in this update.
-bool PairSync::isRefused(Pair pair, Proxy& first, Proxy& second) const
+bool PairSync::areNearInTable(const Proxy& first, const Proxy& second, float margin) const
 {
-    return overlapsExactly(first, second) && !m_deferredPairs.contains(pair) &&
-           !(m_adapter.count() != 0 && m_adapter.contains(first, second));
+    const ProxyTable& table = m_store.table();
+    return haveValidBoxes(first, second) && overlapsWithMargin(table.box(ProxyStore::rowOf(&first)),
+                                                               table.box(ProxyStore::rowOf(&second)), margin);
+}
+
+/// Asks the filter about a pair, unless the cache has it, or it is listed and asked about elsewhere in this update.
+///
+/// The backend may hold a pair of boxes within the margin, since they may have overlapped: it does not report them when
+/// they overlap again.
+void PairSync::askAgainAbout(Pair pair, Proxy& first, Proxy& second, float margin)
+{
+    const bool exactBoxesOverlap = overlapNow(first, second);
+    if (!(exactBoxesOverlap || areNearInTable(first, second, margin)) || m_deferredPairs.contains(pair) ||
+        (m_adapter.count() != 0 && m_adapter.contains(first, second)))
+        return;
+    const bool isAllowed = passesFilterNow(first, second);
+    if (m_store.find(pair.first) != &first || m_store.find(pair.second) != &second)
+        return;
+    if (isAllowed && exactBoxesOverlap)
+        m_toReevaluate.push_back(pair);
+    else if (isAllowed)
+        deferNear(pair, first, second, margin);
+    else if (exactBoxesOverlap)
+        defer(pair, first, second, true, margin);
+    else
+        m_deferredPairs.mark(pair, ProxyStore::rowOf(&first), ProxyStore::rowOf(&second),
+                             m_store.table().boxes(), margin);
 }
 
 bool PairSync::passesFilterNow(Proxy& first, Proxy& second) const
@@ -41,7 +66,7 @@ bool PairSync::passesFilterNow(Proxy& first, Proxy& second) const
                                     : filter->needBroadphaseCollision(&second, &first);
 }
 
-/// Asks the filter about the pairs of a proxy that are not in the cache, in the order of the other ids.
+/// Asks the filter about the pairs of a proxy that are near it and not in the cache, in the order of the other ids.
 void PairSync::askAgainOf(Proxy& proxy, const QueryIndex& index, float margin)
 {
     const std::uint32_t uniqueId = uniqueIdOf(&proxy);
@@ -56,10 +81,11 @@ void PairSync::askAgainOf(Proxy& proxy, const QueryIndex& index, float margin)
         if (other != row && !m_deferredPairs.isDue(other))
             m_partners.push_back(m_store.table().uniqueId(other));
     };
+    const Aabb nearBox = grownToNear(m_store.table().box(row), margin);
     if (areMany)
-        index.scanOverlap(m_store.table().box(row), collect);
+        index.scanOverlap(nearBox, collect);
     else
-        index.forEachOverlap(m_store.table().box(row), collect);
+        index.forEachOverlap(nearBox, collect);
     if (!std::is_sorted(m_partners.begin(), m_partners.end()))
         std::sort(m_partners.begin(), m_partners.end());
     for (const std::uint32_t id : m_partners)
@@ -71,12 +97,7 @@ void PairSync::askAgainOf(Proxy& proxy, const QueryIndex& index, float margin)
         const Pair pair = makePair(uniqueId, id);
         Proxy& first = pair.first == id ? *other : proxy;
         Proxy& second = pair.first == id ? proxy : *other;
-        if (!isRefused(pair, first, second))
-            continue;
-        if (passesFilterNow(first, second))
-            m_toReevaluate.push_back(pair);
-        else if (m_store.find(pair.first) == &first && m_store.find(pair.second) == &second)
-            defer(pair, first, second, true, margin);
+        askAgainAbout(pair, first, second, margin);
     }
 }
 
@@ -154,7 +175,7 @@ void PairSync::beginAllowedPairs(float margin)
     }
     m_backend->restart({});
     m_allowedPairs = std::move(allowed);
-    m_deferredPairs.unmarkAll();
+    m_deferredPairs.followRestart();
     m_speculativePairs.clear();
     m_due.clear();
     m_store.forEach([this](const Proxy* proxy, std::uint32_t) { m_due.push_back(uniqueIdOf(proxy)); });

@@ -132,7 +132,7 @@ void ProxyStore::setInvalidBox(std::uint32_t row) noexcept
 void ProxyStore::refreshSomeFilters() noexcept
 {
     const std::uint32_t size = m_table.size();
-    const std::uint32_t count = std::min({size, kMostFilterRows, std::max(size / 4, kLeastFilterRows)});
+    const std::uint32_t count = std::min({size, kMostFilterRows, std::max(size / 4 + 1, kLeastFilterRows)});
     for (std::uint32_t i = 0; i < count; ++i)
     {
         if (m_nextFilterRow >= size)

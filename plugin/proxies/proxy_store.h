@@ -66,7 +66,7 @@ public:
 
     /// Calls refreshFilter() for the next rows in turn, for proxies that receive no setAabb().
     ///
-    /// A quarter of the rows per call, but at least kLeastFilterRows, and at most kMostFilterRows.
+    /// At least a quarter of the rows per call and at least kLeastFilterRows, and at most kMostFilterRows.
     void refreshSomeFilters() noexcept;
 
     static std::uint32_t rowOf(const Proxy* proxy) noexcept { return ProxyPool::rowOf(proxy); }

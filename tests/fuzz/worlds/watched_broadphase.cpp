@@ -53,7 +53,7 @@ bool overlap(const btBroadphaseProxy& a, const btBroadphaseProxy& b)
            -std::numeric_limits<btScalar>::infinity();
 }
 
-/// Boxes are kept by their roundings to float: what those may add to a gap.
+/// Boxes are kept by their roundings to float: what those may add to a gap, relative to the world's origin.
 btScalar roundingOf(const btVector3& min, const btVector3& max)
 {
     btScalar most = 0;
@@ -183,6 +183,7 @@ btBroadphaseProxy* WatchedBroadphase::createProxy(const btVector3& min, const bt
     btBroadphaseProxy* proxy = m_inner->createProxy(min, max, shapeType, client, group, mask, dispatcher);
     if (!hasBox(*proxy, min, max))
         fail("createProxy() keeps another box", {idOf(*proxy), 0});
+    noticeFarBox(min, max);
     m_proxies[idOf(*proxy)] = {proxy, min, max, wordsOf(*proxy), true};
     expectPairsOfGhosts(*proxy);
     return proxy;
@@ -202,8 +203,11 @@ void WatchedBroadphase::setAabb(btBroadphaseProxy* proxy, const btVector3& min, 
 {
     const std::uint32_t id = idOf(*proxy);
     const bool isChanged = !hasBox(*proxy, min, max);
-    m_proxies[id].isTouched = true;
-    m_proxies[id].words = wordsOf(*proxy);
+    Watched& watched = m_proxies[id];
+    watched.isTouched = true;
+    watched.words = wordsOf(*proxy);
+    watched.updatesToNotice = 0;
+    noticeFarBox(min, max);
     m_inner->setAabb(proxy, min, max, dispatcher);
     // The filter may have destroyed it.
     if (isChanged && find(id) != nullptr)
@@ -220,7 +224,7 @@ void WatchedBroadphase::expectPairsOfGhosts(btBroadphaseProxy& proxy)
     for (const auto& [id, other] : m_proxies)
     {
         btBroadphaseProxy& second = *other.proxy;
-        if (&second == &proxy || !(isGhost(proxy) || isGhost(second)) || other.words != wordsOf(second) ||
+        if (&second == &proxy || !(isGhost(proxy) || isGhost(second)) || !other.areWordsKnown() ||
             !overlap(proxy, second) || !passes(proxy, second))
             continue;
         const Pair pair = makePair(idOf(proxy), id);
@@ -254,8 +258,43 @@ void WatchedBroadphase::beginUpdate()
     m_isUpdating = true;
     m_filter = getOverlappingPairCache()->getOverlapFilterCallback();
     for (auto& [id, watched] : m_proxies)
-        watched = {watched.proxy, watched.proxy->m_aabbMin, watched.proxy->m_aabbMax,
-                   m_filter == nullptr ? wordsOf(*watched.proxy) : watched.words, false};
+    {
+        watched.min = watched.proxy->m_aabbMin;
+        watched.max = watched.proxy->m_aabbMax;
+        watched.isTouched = false;
+        if (m_filter == nullptr)
+            noticeWords(watched);
+    }
+}
+
+/// Words that change without a new box are noticed in the next update; those of many proxies within four.
+void WatchedBroadphase::noticeWords(Watched& watched) const
+{
+    constexpr std::uint32_t kFew = 200;  // ids given so far, the last ones maybe in vain
+    constexpr int kMostUpdates = 4;
+    const std::pair<int, int> words = wordsOf(*watched.proxy);
+    if (words != watched.words)
+    {
+        watched.words = words;
+        watched.updatesToNotice = m_proxies.rbegin()->first <= kFew ? 1 : kMostUpdates;
+    }
+    watched.updatesToNotice = std::max(watched.updatesToNotice - 1, 0);
+}
+
+/// In double precision a box whose rounding is large beside the margin lets the broad phase keep all boxes relative to
+/// the place where most are.
+void WatchedBroadphase::noticeFarBox(const btVector3& min, const btVector3& max)
+{
+    m_hasMovingOrigin =
+        m_hasMovingOrigin || (sizeof(btScalar) != sizeof(float) && 2 * roundingOf(min, max) > m_margin);
+}
+
+/// What the roundings of two boxes may add to their gap. Relative to another origin these may be larger, but up to half the
+/// margin: beyond that the exact boxes are compared.
+btScalar WatchedBroadphase::tolerance(const Watched& a, const Watched& b) const
+{
+    const btScalar rounding = std::max(roundingOf(a.min, a.max), roundingOf(b.min, b.max));
+    return m_hasMovingOrigin ? std::max(rounding, m_margin / 2) : rounding;
 }
 
 void WatchedBroadphase::endUpdate(bool isInterrupted)
@@ -283,10 +322,11 @@ bool WatchedBroadphase::mayHold(Pair pair, bool isInterrupted) const
     if (a.isTouched || b.isTouched || (isInterrupted && isKnown(pair)))
         return true;
     const btScalar gap = gapOf(a.min, a.max, b.min, b.max);
-    const btScalar rounding = std::max(roundingOf(a.min, a.max), roundingOf(b.min, b.max));
     // Pairs of ghosts have entered since the last update.
     const bool wasHeld = isKnown(pair) || isGhost(*a.proxy) || isGhost(*b.proxy);
-    return wasHeld ? gap <= 2 * m_margin + rounding : gap < 0 && passes(*a.proxy, *b.proxy);
+    if (wasHeld)
+        return gap <= 2 * m_margin + tolerance(a, b);
+    return gap < 0 && (passes(*a.proxy, *b.proxy) || !a.areWordsKnown() || !b.areWordsKnown());
 }
 
 void WatchedBroadphase::checkMissed(const Pairs& cached, bool isInterrupted)
@@ -306,7 +346,7 @@ void WatchedBroadphase::checkMissed(const Pairs& cached, bool isInterrupted)
 bool WatchedBroadphase::mustHold(Pair pair, const Watched& a, const Watched& b, bool isInterrupted) const
 {
     // Beside a filter, changed words are noticed with the next box.
-    const bool areWordsKnown = a.words == wordsOf(*a.proxy) && b.words == wordsOf(*b.proxy);
+    const bool areWordsKnown = a.areWordsKnown() && b.areWordsKnown();
     if (a.isTouched || b.isTouched)
         return false;
     const btScalar gap = gapOf(a.min, a.max, b.min, b.max);

@@ -77,8 +77,14 @@ private:
     {
         btBroadphaseProxy* proxy = nullptr;
         btVector3 min, max;         ///< at the begin of the update
-        std::pair<int, int> words;  ///< group and mask at the last box
+        std::pair<int, int> words;  ///< group and mask at the last box, or at an update without a filter
         bool isTouched = false;     ///< since the begin of the update
+        int updatesToNotice = 0;    ///< so many of these may pass until the words are noticed
+        bool areWordsKnown() const
+        {
+            return updatesToNotice == 0 &&
+                   words == std::pair<int, int>(proxy->m_collisionFilterGroup, proxy->m_collisionFilterMask);
+        }
     };
     using Proxies = std::map<std::uint32_t, Watched>;
 
@@ -93,6 +99,9 @@ private:
     bool mayHold(Pair pair, bool isInterrupted) const;
     bool mustHold(Pair pair, const Watched& a, const Watched& b, bool isInterrupted) const;
     bool isKnown(Pair pair) const;
+    void noticeWords(Watched& watched) const;
+    void noticeFarBox(const btVector3& min, const btVector3& max);
+    btScalar tolerance(const Watched& a, const Watched& b) const;
     const Watched* find(std::uint32_t id) const;
     void fail(const std::string& what, Pair pair);
 
@@ -104,7 +113,8 @@ private:
     Pairs m_held;                                       ///< sorted
     const btOverlapFilterCallback* m_filter = nullptr;  ///< of the last update
     bool m_isUpdating = false;
-    int m_creations = 0;  ///< calls of createProxy() that run: their proxies are not known yet
+    bool m_hasMovingOrigin = false;  ///< may have: the place that boxes are kept relative to
+    int m_creations = 0;             ///< calls of createProxy() that run: their proxies are not known yet
     std::string m_fault;
 };
 }  // namespace cullet::test

@@ -389,5 +389,32 @@ TEST(BroadphaseExtremes, RemovesSeparatedPairsOfDoubleWorldFarFromOrigin)
         EXPECT_EQ(updatedPairs(broadphase), Pairs{});
     }
 }
+
+TEST(BroadphaseExtremes, RemovesSeparatedPairsTooLateByHalfTheMarginAtMost)
+{
+    if (sizeof(btScalar) == sizeof(float))
+        GTEST_SKIP() << "floats are exact";
+    constexpr double kMargin = 0.05;
+    int late = 0;
+    for (int i = 0; i < 200; ++i)
+    {
+        BroadphaseOptions options = bruteOptions();
+        options.margin = kMargin;
+        Broadphase broadphase(options);
+        const double at = 104000 - 0.37 * i;
+        addCube(broadphase, vec(at, 0, 0));
+        btBroadphaseProxy* mover = addCube(broadphase, vec(at, 0, 0));
+        const auto isThereAt = [&](double gap)
+        {
+            moveCube(broadphase, mover, vec(at + 1 + gap, 0, 0));
+            return updatedPairs(broadphase).size() == 1;
+        };
+        ASSERT_TRUE(isThereAt(-0.5));
+        EXPECT_TRUE(isThereAt(1.999 * kMargin)) << at;
+        late += isThereAt(2.001 * kMargin) ? 1 : 0;
+        EXPECT_FALSE(isThereAt(2.5 * kMargin)) << at;
+    }
+    EXPECT_GT(late, 20) << "the sample has roundings that matter";
+}
 }  // namespace
 }  // namespace cullet::test

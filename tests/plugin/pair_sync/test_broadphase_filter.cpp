@@ -255,6 +255,29 @@ TEST(BroadphaseFilter, NoticesMaskEditInSetAabbOfUnchangedBoxInLargeWorld)
     EXPECT_EQ(updatedPairs(broadphase).size(), 1u);
 }
 
+TEST(BroadphaseFilter, NoticesMaskEditsWithoutBoxesInNextUpdateOfSmallWorldAndWithinFourOfLargerOne)
+{
+    struct Case
+    {
+        int bodies, updates;
+    };
+    for (const Case& one : {Case{256, 1}, Case{1030, 4}, Case{16384, 4}})
+    {
+        BroadphaseOptions options = bruteOptions();
+        options.backend = BackendChoice::Grid;
+        Broadphase broadphase(options);
+        std::vector<btBroadphaseProxy*> cubes;
+        for (int i = 0; i < one.bodies; ++i)
+            cubes.push_back(addCube(broadphase, vec(2 * (i / 2), 0, 0), 0.5, 1, 0));
+        ASSERT_EQ(updatedPairs(broadphase), Pairs{});
+        for (btBroadphaseProxy* cube : cubes)
+            cube->m_collisionFilterMask = 1;
+        for (int update = 1; update < one.updates; ++update)
+            broadphase.calculateOverlappingPairs(nullptr);
+        EXPECT_EQ(updatedPairs(broadphase).size(), std::size_t(one.bodies) / 2) << one.bodies << " bodies";
+    }
+}
+
 TEST(BroadphaseFilter, AppliesCallbackSetAtAnyTimeInNextUpdate)
 {
     Broadphase broadphase(bruteOptions());

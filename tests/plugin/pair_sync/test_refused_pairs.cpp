@@ -6,6 +6,7 @@
 #include "cullet/tests/plugin/broadphase/broadphase_support.h"
 
 #include <BulletCollision/BroadphaseCollision/btDbvtBroadphase.h>
+#include <BulletCollision/CollisionDispatch/btGhostObject.h>
 #include <LinearMath/btAabbUtil2.h>
 #include <gtest/gtest.h>
 
@@ -160,6 +161,127 @@ TEST_F(RefusedPairs, AreAskedAboutAgainWhenTheFilterMovesBoxes)
     moveCube(m_broadphase, m_cubes.back(), vec(0, 0, 0));
     m_broadphase.calculateOverlappingPairs(nullptr);
     EXPECT_NE(cache().findPair(m_cubes[7], m_cubes.back()), nullptr);
+}
+
+/// Cubes at one place, a third of whose pairs the filter has refused: more than are listed, and too few for AllowedPairs.
+class PartlyRefusedPairs : public testing::Test
+{
+protected:
+    static constexpr int kCubes = 100;
+    static bool isAllowed(Pair pair) { return (pair.first + pair.second) % 3 != 0; }
+
+    void SetUp() override
+    {
+        m_filter.rule = isAllowed;
+        cache().setOverlapFilterCallback(&m_filter);
+        for (int i = 0; i < kCubes; ++i)
+            m_cubes.push_back(addCube(m_broadphase, vec(0, 0, 0)));
+        m_broadphase.calculateOverlappingPairs(nullptr);
+        ASSERT_EQ(m_broadphase.stats().pendingPairs, 0u);
+        ASSERT_STRNE(m_broadphase.stats().backend.path, "allowed pairs");
+    }
+    void TearDown() override { cache().setOverlapFilterCallback(nullptr); }
+
+    btOverlappingPairCache& cache() { return *m_broadphase.getOverlappingPairCache(); }
+    Pairs pairsAfterUpdate() { return updatedPairs(m_broadphase); }
+    std::uint64_t listed() const { return m_broadphase.stats().pendingPairs; }
+
+    /// Moves the cubes apart, the first two by less than the margin.
+    void scatter()
+    {
+        for (int i = 0; i < kCubes; ++i)
+            moveCube(m_broadphase, m_cubes[std::size_t(i)], vec(3 * i, 1, 0));
+        moveCube(m_broadphase, m_cubes[1], vec(1.05, 1, 0));
+        EXPECT_EQ(pairsAfterUpdate(), Pairs{});
+    }
+
+    /// A cube that all others come near to, and which they have never overlapped. The filter allows its pairs.
+    btBroadphaseProxy* addNearAll(btCollisionObject* object = nullptr)
+    {
+        btBroadphaseProxy* const cube = addCube(m_broadphase, vec(3, 0, 0), 0.5, 1, kAllGroups, object);
+        m_filter.rule = [](Pair pair) { return pair.second == kCubes + 1 || isAllowed(pair); };
+        for (btBroadphaseProxy* other : m_cubes)
+            moveCube(m_broadphase, other, vec(1.95, 0, 0));
+        m_pairsOfOthers = pairsAfterUpdate().size();
+        EXPECT_EQ(listed(), std::uint64_t{kCubes});
+        return cube;
+    }
+
+    Broadphase m_broadphase{bruteOptions()};
+    RememberingFilter m_filter;
+    std::vector<btBroadphaseProxy*> m_cubes;
+    std::size_t m_pairsOfOthers = 0;
+};
+
+TEST_F(PartlyRefusedPairs, EnterWhenFilterAcceptsThemAfterTheyPartedByLessThanTheMargin)
+{
+    scatter();
+    m_filter.rule = [](Pair) { return true; };
+    moveCube(m_broadphase, m_cubes[1], vec(0.5, 1, 0));
+    EXPECT_EQ(pairsAfterUpdate(), (Pairs{{1, 2}}));
+}
+
+TEST_F(PartlyRefusedPairs, EnterWhenFilterIsTakenAwayAfterTheyPartedByLessThanTheMargin)
+{
+    scatter();
+    cache().setOverlapFilterCallback(nullptr);
+    EXPECT_EQ(pairsAfterUpdate(), Pairs{});
+    moveCube(m_broadphase, m_cubes[1], vec(0.5, 1, 0));
+    EXPECT_EQ(pairsAfterUpdate(), (Pairs{{1, 2}}));
+}
+
+TEST_F(PartlyRefusedPairs, EnterWhenFilterHasAcceptedThemWithinTheMarginAndTheyMeetAgain)
+{
+    m_filter.rule = [](Pair) { return true; };
+    scatter();
+    const auto pairsAt = [&](double x)
+    {
+        moveCube(m_broadphase, m_cubes[1], vec(x, 1, 0));
+        return pairsAfterUpdate();
+    };
+    EXPECT_EQ(pairsAt(1.01), Pairs{});
+    EXPECT_EQ(pairsAt(0.99), (Pairs{{1, 2}}));
+    EXPECT_EQ(pairsAt(1.01), (Pairs{{1, 2}}));
+    EXPECT_EQ(pairsAt(1.5), Pairs{});
+}
+
+TEST_F(PartlyRefusedPairs, EnterAndLeaveAsOthersWhenBoxesWereNearAndHadNeverOverlapped)
+{
+    btBroadphaseProxy* const cube = addNearAll();
+    const std::uint64_t restarts = m_broadphase.stats().restartsTotal;
+    for (const double x : {2.9, 3.04})
+    {
+        moveCube(m_broadphase, cube, vec(x, 0, 0));
+        EXPECT_EQ(pairsAfterUpdate().size(), m_pairsOfOthers + kCubes) << "at " << x;
+        EXPECT_EQ(listed(), 0u);
+    }
+    moveCube(m_broadphase, cube, vec(3.2, 0, 0));
+    EXPECT_EQ(pairsAfterUpdate().size(), m_pairsOfOthers);
+    EXPECT_EQ(m_broadphase.stats().restartsTotal, restarts);
+}
+
+TEST_F(PartlyRefusedPairs, EnterAtOnceAndLeaveWhenAGhostWasNearAndHadNeverOverlapped)
+{
+    btGhostPairCallback callback;
+    btCollisionObject object;
+    btGhostObject ghost;
+    for (btBroadphaseProxy* cube : m_cubes)
+        cube->m_clientObject = &object;
+    cache().setInternalGhostPairCallback(&callback);
+    btBroadphaseProxy* const cube = addNearAll(&ghost);
+    const auto pairsNow = [&] { return std::size_t(cache().getNumOverlappingPairs()); };
+    moveCube(m_broadphase, cube, vec(2.9, 0, 0));
+    EXPECT_EQ(pairsNow(), m_pairsOfOthers + kCubes);
+    moveCube(m_broadphase, cube, vec(3.2, 0, 0));
+    EXPECT_EQ(pairsAfterUpdate().size(), m_pairsOfOthers) << "the backend has not seen them";
+    m_broadphase.destroyProxy(cube, nullptr);
+}
+
+TEST_F(PartlyRefusedPairs, AreForgottenWhenBoxesWereNearAndPart)
+{
+    moveCube(m_broadphase, addNearAll(), vec(3.2, 0, 0));
+    EXPECT_EQ(pairsAfterUpdate().size(), m_pairsOfOthers);
+    EXPECT_EQ(listed(), 0u);
 }
 
 /// Cubes that walk in a cube of 2 m, so that each overlaps a large share of the others, and a filter for their pairs.
