@@ -73,8 +73,13 @@ ConvexMotion::ConvexMotion(const ConvexMotionOptions& options)
         const std::vector<Eigen::Vector3f> points = hullPoints(options.vertices, engine);
         m_set.add(makeHull(points, HullExtra::None));
         std::vector<Eigen::Vector3d> wide;
+        Eigen::Vector3d centre = Eigen::Vector3d::Zero();
         for (const Eigen::Vector3f& point : points)
+        {
             wide.push_back(point.cast<double>());
+            centre += wide.back() / static_cast<double>(points.size());
+        }
+        m_centres.push_back(centre);
         m_exact.push_back(makeHull(wide, HullExtra::None));
     }
     for (std::uint32_t pair = 0; pair < options.pairs; ++pair)
@@ -110,16 +115,23 @@ void ConvexMotion::plant(std::uint32_t pair, const ConvexMotionOptions& options)
                                : -between(0.01, 0.05, engine);
         const Eigen::Quaternionf turnA = a.at(frame), turnB = b.at(frame);
         const Eigen::Vector3d away = 2.6 * (Eigen::AngleAxisd(around.angle * frame, around.axis) * side);
-        const PosedHull<double> posedA(m_exact[hullA], turnA.cast<double>().normalized().toRotationMatrix(),
-                                       Eigen::Vector3d::Zero());
-        const PosedHull<double> posedB(m_exact[hullB], turnB.cast<double>().normalized().toRotationMatrix(),
-                                       away);
-        const GjkResult<double> far =
-            gjkDistance(posedA, posedB, std::numeric_limits<double>::infinity(), cache);
+        const Eigen::Matrix3d basisA = turnA.cast<double>().normalized().toRotationMatrix();
+        const PosedHull<double> posedA(m_exact[hullA], basisA, Eigen::Vector3d::Zero());
+        const Eigen::Matrix3d basisB = turnB.cast<double>().normalized().toRotationMatrix();
+        const auto search = [&](const Eigen::Vector3d& place)
+        {
+            return gjkDistance(posedA, PosedHull<double>(m_exact[hullB], basisB, place),
+                               std::numeric_limits<double>::infinity(), cache);
+        };
+        const GjkResult<double> far = search(away);
+        Eigen::Vector3d place = away + far.axis * (far.distance - gap);
+        // Two slanted corners can pass each other; where the centres meet, the hulls overlap.
+        const Eigen::Vector3d inside = basisA * m_centres[hullA] - basisB * m_centres[hullB];
+        while (gap < 0 && search(place).distance > 0)
+            place += 0.25 * (inside - place);
         std::vector<BodyPose>& poses = m_frames[static_cast<std::size_t>(frame)];
         poses[std::size_t{2} * pair] = poseOf(hullA, turnA, home);
-        poses[std::size_t{2} * pair + 1] =
-            poseOf(hullB, turnB, home + away + far.axis * (far.distance - gap));
+        poses[std::size_t{2} * pair + 1] = poseOf(hullB, turnB, home + place);
     }
 }
 }  // namespace cullet

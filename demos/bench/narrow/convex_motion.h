@@ -7,6 +7,8 @@
 #include "cullet/cuda/narrow/pair_types.h"
 #include "cullet/narrow/hull/hull.h"
 
+#include <Eigen/Core>
+
 #include <cstdint>
 #include <vector>
 
@@ -49,6 +51,7 @@ private:
 
     HullSet m_set;
     std::vector<Hull<double>> m_exact;
+    std::vector<Eigen::Vector3d> m_centres;  ///< a point inside of each hull
     std::vector<RowPair> m_pairs;
     std::vector<std::vector<BodyPose>> m_frames;
     std::uint32_t m_overlapping = 0;
