@@ -216,7 +216,8 @@ TEST_F(BenchWorldCommand, WritesTheColumnsThatAreDocumented)
     EXPECT_EQ(
         head,
         "benchmark,scene,backend,narrow,update,precision,threads,bodies,pairs,median_ms,p90_ms,min_ms,hash,"
-        "mean_ms,contact_pairs,steps,parts,depth_mean_mm,depth_p99_mm,depth_max_mm,energy_j,sleepers,"
+        "mean_ms,contact_pairs,steps,parts,depth_mean_mm,depth_p99_mm,depth_max_mm,overlap_mean_mm,overlap_"
+        "p99_mm,overlap_max_mm,energy_j,sleepers,"
         "steps_to_sleep,drift_mm,joint_mean_mm,joint_max_mm,solver,reuse_mm,cpu,gpu,commit,machine");
     std::set<std::string> scenes;
     for (; std::getline(lines, line);)
