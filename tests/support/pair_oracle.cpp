@@ -55,7 +55,10 @@ bool PairOracle::areApart(const Body& a, const Body& b)
     // A NaN is not positive.
     bool hasGap = false;
     for (std::size_t axis = 0; axis < 3; ++axis)
-        hasGap |= (b.min[axis] - a.max[axis] > 0.0) | (a.min[axis] - b.max[axis] > 0.0);
+    {
+        hasGap |= b.min[axis] - a.max[axis] > 0.0;
+        hasGap |= a.min[axis] - b.max[axis] > 0.0;
+    }
     return hasGap;
 }
 
