@@ -65,6 +65,9 @@ struct GridPlan
     double allLevelsCost = 0;
 };
 
+/// Cells are at least so many skins wide: a box that fits its cells touches few of them with its skin.
+inline constexpr float kSkinsPerCell = 8;
+
 /// Choices that override the cost model.
 struct GridPlanLimits
 {

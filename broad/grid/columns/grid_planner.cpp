@@ -6,12 +6,6 @@
 
 namespace cullet
 {
-namespace
-{
-// Cells are at least so many skins wide: a box that fits its cells touches few of them with its skin.
-constexpr float kSkinsPerCell = 8;
-}  // namespace
-
 void GridPlanner::make(const Aabb* boxes, const std::uint32_t* proxyRows, std::uint32_t count, float cellSkin,
                        const SizeHistogram& sizes)
 {

@@ -3,6 +3,7 @@
 #include "cullet/broad/grid/sweep/motion_bound.h"
 
 #include "cullet/base/bytes_of.h"
+#include "cullet/broad/grid/columns/grid_plan.h"
 
 #include <algorithm>
 
@@ -75,7 +76,7 @@ std::uint32_t MotionBound::bestOctave(std::uint32_t rows) const
 /// Whether cells are wide enough for the bound of an octave.
 bool MotionBound::isAllowed(std::uint32_t octave) const
 {
-    return motionBoundOf(octave) < 0.125f * m_core.grid.narrowestWidth();
+    return kSkinsPerCell * motionBoundOf(octave) < m_core.grid.narrowestWidth();
 }
 
 /// Room for the motions of all boxes; null where, by the last update, one bound for all boxes finds as few pairs.
