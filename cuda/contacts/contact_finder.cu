@@ -63,7 +63,7 @@ public:
                 contacts = contactsOf(m_search->changes().pairs());
                 counts = {convex::countsOf(m_search->counts()), m_search->changes()};
                 if (m_search->input().extras.isDeep)
-                    convex::addDepthCounts(m_search->contacts().counts(), counts.pairs);
+                    convex::setDepthCounts(m_search->contacts().counts(), counts.pairs);
             });
     }
 

@@ -14,8 +14,8 @@ namespace cullet::contacts
 /// A list of pairs in ascending order, the lower row of each first, into which changes are merged on an executor, with what
 /// PairQueries remembers of each pair.
 ///
-/// A merge is prepare(), which may allocate, and launch(), which only launches. isComplete() tells later, when the numbers
-/// of changes are known, whether there was room; if not, they are merged again by prepareAgain() and launch(): the list
+/// A merge is prepare(), which may allocate, and launch(), which only launches. Once the numbers of changes are known,
+/// isComplete() returns whether there was room; if not, they are merged again by prepareAgain() and launch(): the list
 /// before the changes is still there.
 ///
 /// @tparam Exec HostPairExec or CudaPairExec

@@ -144,7 +144,7 @@ private:
             m_exec.mark();
             m_exec.awaitMark();
         }
-        convex::addDepthCounts(m_contacts.counts(), counts);
+        convex::setDepthCounts(m_contacts.counts(), counts);
     }
 
     /// Launches a query; from the second one with the same addresses on by one call.

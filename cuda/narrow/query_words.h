@@ -32,7 +32,7 @@ inline ConvexPairCounts countsOf(const PairCounts& found)
     return counts;
 }
 
-inline void addDepthCounts(const DepthCounts& found, ConvexPairCounts& counts)
+inline void setDepthCounts(const DepthCounts& found, ConvexPairCounts& counts)
 {
     counts.largeDepths = found.large;
     counts.examinedDepths = found.examined;
