@@ -41,7 +41,7 @@ if(CULLET_SANITIZE)
 endif()
 
 # -DCMAKE_UNITY_BUILD=ON compiles several sources as one in the folders that ask for it, tests and demos. What is installed
-# never is; in a build that nobody installs, as that of a sanitizer, the libraries are too.
+# never is; a build that is not to be installed, as that of a sanitizer, compiles the libraries so, too.
 set(CULLET_UNITY "${CMAKE_UNITY_BUILD}")
 option(CULLET_UNITY_LIBRARIES "With CMAKE_UNITY_BUILD: the libraries, too, which then are not to be installed" OFF)
 mark_as_advanced(CULLET_UNITY_LIBRARIES)

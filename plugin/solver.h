@@ -84,8 +84,8 @@ protected:
 ///
 /// SolverModel::Soft solves contacts as springs in substeps, with two directions of friction, and then takes the velocity
 /// away that overlap caused (Catto, "Solver2D", 2024). m_erp2, m_globalCfm of contacts, m_sor, split impulse, the
-/// warm-starting factor and the threshold of the residual do not concern it: a world that sets one of them is told so in
-/// one warning. Contacts with a stiffness, damping, softness or anchor of their own are solved as with SolverModel::Bullet,
+/// warm-starting factor and the threshold of the residual do not concern it: one warning names what a world sets of
+/// them. Contacts with a stiffness, damping, softness or anchor of their own are solved as with SolverModel::Bullet,
 /// together with the rest of their group.
 ///
 /// Threads: one step of one world at a time, as with Bullet's solver. Joints of Bullet's classes may be called on any thread.
