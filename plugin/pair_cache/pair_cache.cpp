@@ -59,26 +59,53 @@ void PairCache::reserve(std::size_t pairCount)
 }
 
 /// Reserves memory for a number of pairs, except anchors; what has to grow grows by at least a quarter, so that growing
-/// in small steps is cheap. Throws std::bad_alloc.
+/// in small steps is cheap, or by a 32nd without links. Throws std::bad_alloc.
 void PairCache::growTo(std::size_t pairCount)
 {
-    const std::size_t quarterMore = size() + size() / 4;
+    const std::size_t someMore = size() + size() / (m_isLinked ? 4 : 32);
     const std::size_t count =
-        std::min<std::size_t>(std::max({pairCount, quarterMore, kSmallestArray}), kMaxPairs);
+        std::min<std::size_t>(std::max({pairCount, someMore, kSmallestArray}), kMaxPairs);
     if (m_hash.limit() < pairCount)
         m_hash.grow(
             count, [this](std::uint32_t index) { return hashOfPair(idsOf(*pairAt(index))); },
             [this](std::uint32_t index) { return !isDetached(index); });
-    if (m_links.capacity() < pairCount)
+    if (m_isLinked && m_links.capacity() < pairCount)
         m_links.reserve(count);
     if (static_cast<std::size_t>(m_pairs.capacity()) < pairCount)
         m_pairs.reserve(static_cast<int>(count));
 }
 
+void PairCache::setLinked(bool isLinked)
+{
+    if (isLinked == m_isLinked || m_cursors != nullptr || m_additions != nullptr)
+        return;
+    m_links = PairLinks();
+    m_isLinked = isLinked;
+    if (isLinked)
+        makeLinks();
+}
+
+/// Links all pairs, in the order of the array, or none for lack of memory.
+void PairCache::makeLinks()
+{
+    try
+    {
+        m_links.reserve(static_cast<std::size_t>(m_pairs.capacity()));
+        for (std::uint32_t index = 0; index < size(); ++index)
+            m_links.append(m_links.anchorsOf(idsOf(*pairAt(index))));
+    }
+    catch (const std::bad_alloc&)
+    {
+        m_links = PairLinks();
+        m_isLinked = false;
+    }
+}
+
 /// Reserves memory for one more pair, except anchors; throws std::bad_alloc.
 void PairCache::makeRoom()
 {
-    if (m_hash.hasRoom() && size() < m_links.capacity() && m_pairs.size() < m_pairs.capacity())
+    if (m_hash.hasRoom() && (!m_isLinked || size() < m_links.capacity()) &&
+        m_pairs.size() < m_pairs.capacity())
         return;
     if (size() >= kMaxPairs)
         throw std::bad_alloc();
@@ -169,7 +196,8 @@ bool PairCache::hasMemory(const ProxyPair& sorted)
     try
     {
         makeRoom();
-        m_links.anchorsOf(idsOf(sorted));
+        if (m_isLinked)
+            m_links.anchorsOf(idsOf(sorted));
         return true;
     }
     catch (const std::bad_alloc&)
@@ -206,7 +234,8 @@ btBroadphasePair* PairCache::append(const ProxyPair& sorted)
     try
     {
         makeRoom();
-        m_links.append(m_links.anchorsOf(ids));
+        if (m_isLinked)
+            m_links.append(m_links.anchorsOf(ids));
     }
     catch (const std::bad_alloc&)
     {

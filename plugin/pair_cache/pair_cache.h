@@ -35,7 +35,7 @@ struct PairCacheStats
     std::uint64_t longestProbe = 0;  ///< most cache lines of the hash that a successful search reads
     double meanProbe = 0.0;          ///< mean number of those cache lines, over all pairs
     std::uint64_t rehashes = 0;      ///< number of times the hash has grown since construction
-    std::uint64_t proxies = 0;       ///< proxies with at least one pair
+    std::uint64_t proxies = 0;       ///< proxies with at least one pair; 0 while pairs are not linked
     /// Pairs visited since construction: processed, cleaned, or removed by proxy.
     std::uint64_t visited = 0;
     std::uint64_t bytes = 0;  ///< allocated memory
@@ -71,8 +71,8 @@ struct PairCacheStats
 /// of a callback passes through and leaves the cache usable.
 ///
 /// Memory: 57 to 62 bytes per pair (32 pair, 16 links, 9 to 14 hash) and 12 per proxy with pairs, plus the unused
-/// capacity of growing arrays (a factor 1.5, none after reserve()); 24 more per pair once pairs were ordered
-/// (deterministic processing or sortOverlappingPairs). It never shrinks.
+/// capacity of growing arrays (a quarter, none after reserve()); 24 more per pair once pairs were ordered
+/// (deterministic processing or sortOverlappingPairs). It never shrinks, but for the links (setLinked()).
 class CULLET_API PairCache final : public btOverlappingPairCache
 {
 public:
@@ -163,8 +163,18 @@ public:
 
     // For the broad phase: changes in batches and by unique id.
 
-    /// Reserves memory for a total number of pairs, so that adding them moves nothing. They grow by at least a quarter.
+    /// Reserves memory for a total number of pairs, so that adding them moves nothing. They grow by at least a quarter, without links
+    /// by a 32nd.
     void reserve(std::size_t pairCount);
+
+    /// Whether pairs are linked into the lists of their proxies, as they are at first. Without these lists a pair takes 16
+    /// bytes less, arrays grow by a 32nd, and functions for the pairs of a proxy scan all pairs, as those of Bullet's
+    /// cache do; they visit the same pairs in another order.
+    ///
+    /// A change is O(pairs). It does nothing while a callback runs, and pairs stay without lists if there is no memory for
+    /// these: a later call tries again.
+    void setLinked(bool isLinked);
+    bool isLinked() const noexcept { return m_isLinked; }
 
     /// Number of additions and removals through Bullet's interface, that is not by the functions below. It may be too
     /// high, since it also counts calls that changed nothing.
@@ -195,6 +205,7 @@ public:
         if (kPrefetchEarly < count)
         {
             m_hash.prefetch(hashOfPair(inBulletsOrder(coming[kPrefetchEarly])));
+            // Without lists, no id is found.
             m_links.prefetchId(coming[kPrefetchEarly].first);
             m_links.prefetchId(coming[kPrefetchEarly].second);
         }
@@ -242,7 +253,9 @@ private:
 
     std::uint32_t size() const { return static_cast<std::uint32_t>(m_pairs.size()); }
     btBroadphasePair* pairAt(std::uint32_t index);
-    bool isDetached(std::uint32_t index) const { return m_detachedCount != 0 && m_links.isDetached(index); }
+    bool isDetached(std::uint32_t index) const { return m_detachedCount != 0 && isBeingRemoved(index); }
+    bool isBeingRemoved(std::uint32_t index) const;
+    bool isPairOf(std::uint32_t index, const btBroadphaseProxy* proxy) const;
     std::uint32_t indexOf(const ProxyPair& sorted) const;
     std::uint32_t indexOf(Pair ids) const;
     void makeRoom();
@@ -264,7 +277,10 @@ private:
     void* removeAt(std::uint32_t index, btDispatcher* dispatcher);
     void* removeWithCallbacks(std::uint32_t index, btDispatcher* dispatcher);
     void removeForCallback(const Cursor& cursor, btDispatcher* dispatcher);
-    void* removeTracked(const Cursor& cursor, btDispatcher* dispatcher);
+    void* removeTracked(Cursor& cursor, btDispatcher* dispatcher);
+    void cleanByScan(const btBroadphaseProxy* proxy, btDispatcher* dispatcher);
+    void removeByScan(const btBroadphaseProxy* proxy, btDispatcher* dispatcher);
+    void makeLinks();
     void detach(std::uint32_t index);
     void fillHole(std::uint32_t hole);
     void fillDetached(std::uint32_t hole);
@@ -285,6 +301,7 @@ private:
     std::uint64_t m_pairsWithoutMemory = 0;
     std::uint32_t m_detachedCount = 0;  ///< entries whose ghost callback is running
     std::uint64_t m_visited = 0;
+    bool m_isLinked = true;
 };
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

@@ -26,7 +26,8 @@ inline void PairCache::prefetchPair(std::uint32_t index)
     if (index >= size())
         return;
     __builtin_prefetch(pairAt(index));
-    m_links.prefetch(index);
+    if (m_isLinked)
+        m_links.prefetch(index);
 }
 
 inline void PairCache::prefetchNeighbours(std::uint32_t index)
@@ -35,7 +36,8 @@ inline void PairCache::prefetchNeighbours(std::uint32_t index)
         return;
     __builtin_prefetch(pairAt(index)->m_pProxy0);
     __builtin_prefetch(pairAt(index)->m_pProxy1);
-    m_links.prefetchNeighbours(index);
+    if (m_isLinked)
+        m_links.prefetchNeighbours(index);
 }
 
 /// Prefetches for the removal of the next pairs, and for the move of the last pairs of the array into their entries.

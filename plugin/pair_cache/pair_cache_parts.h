@@ -48,6 +48,8 @@ public:
     Cursor* outer() const { return m_outer; }
 
     std::uint32_t index;  // kNone once the pair is removed
+    bool isDetached =
+        false;  // the pair is in neither hash nor lists, and its entry stays while a callback runs
 
 private:
     PairCache& m_cache;
@@ -111,6 +113,17 @@ inline std::uint32_t PairCache::indexOf(Pair ids) const
     const Pair sorted = inBulletsOrder(ids);
     return m_hash.find(hashOfPair(sorted), [&](std::uint32_t index)
                        { return idsOf(m_pairs[static_cast<int>(index)]) == sorted; });
+}
+
+/// Whether a callback runs for the removal of the pair.
+inline bool PairCache::isBeingRemoved(std::uint32_t index) const
+{
+    for (const Cursor* cursor = m_cursors; cursor != nullptr; cursor = cursor->outer())
+    {
+        if (cursor->isDetached && cursor->index == index)
+            return true;
+    }
+    return false;
 }
 
 inline btBroadphasePair* PairCache::pairAt(std::uint32_t index)

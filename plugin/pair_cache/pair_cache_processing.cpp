@@ -18,7 +18,7 @@ void PairCache::processAllOverlappingPairs(btOverlapCallback* callback, btDispat
     Cursor cursor(*this, kNone);
     for (std::uint32_t index = 0; index < size();)
     {
-        if (m_detachedCount != 0 && m_links.isDetached(index))
+        if (isDetached(index))
         {
             ++index;
             continue;
@@ -71,7 +71,7 @@ bool PairCache::order()
     }
     for (std::uint32_t index = 0; index < size(); ++index)
     {
-        if (m_detachedCount == 0 || !m_links.isDetached(index))
+        if (!isDetached(index))
             m_order.add({idsOf(*pairAt(index)), index});
     }
     m_order.sort(m_version);
@@ -113,13 +113,15 @@ void PairCache::sortOverlappingPairs(btDispatcher* /*dispatcher*/)
     for (const PairOrder::Entry& entry : m_order.entries())
         sorted.push_back(*pairAt(entry.index));
     m_hash.clear();
-    m_links.clear();
+    if (m_isLinked)
+        m_links.clear();
     for (std::uint32_t index = 0; index < size(); ++index)
     {
         const Pair ids = idsOf(sorted[index]);
         *pairAt(index) = sorted[index];
         m_hash.insert(hashOfPair(ids), index);
-        m_links.append(m_links.anchorsOf(ids));  // both anchors exist
+        if (m_isLinked)
+            m_links.append(m_links.anchorsOf(ids));  // both anchors exist
     }
     ++m_version;
 }

@@ -34,6 +34,8 @@ void PairCache::cleanProxyFromPairs(btBroadphaseProxy* proxy, btDispatcher* disp
 {
     if (dispatcher == nullptr)
         return;
+    if (!m_isLinked)
+        return cleanByScan(proxy, dispatcher);
     const std::uint32_t id = uniqueIdOf(proxy);
     Cursor cursor(*this, kNone);
     for (std::uint32_t node = m_links.first(id); node != kNone;)
@@ -71,12 +73,55 @@ void PairCache::removeOverlappingPairsContainingProxy(btBroadphaseProxy* proxy, 
 void PairCache::removePairsOf(btBroadphaseProxy* proxy, btDispatcher* dispatcher)
 {
     const std::uint32_t id = uniqueIdOf(proxy);
+    if (!m_isLinked)
+        removeByScan(proxy, dispatcher);
     for (std::uint32_t node = m_links.first(id); node != kNone; node = m_links.first(id))
     {
         ++m_visited;
         removeAt(PairLinks::pairOf(node), dispatcher);
     }
     cancelAdditions([id](Pair ids) { return ids.first == id || ids.second == id; }, dispatcher);
+}
+
+bool PairCache::isPairOf(std::uint32_t index, const btBroadphaseProxy* proxy) const
+{
+    const btBroadphasePair& pair = m_pairs[static_cast<int>(index)];
+    return (pair.m_pProxy0 == proxy || pair.m_pProxy1 == proxy) && !isDetached(index);
+}
+
+void PairCache::cleanByScan(const btBroadphaseProxy* proxy, btDispatcher* dispatcher)
+{
+    for (std::uint32_t index = 0; index < size();)
+    {
+        if (!isPairOf(index, proxy))
+        {
+            ++index;
+            continue;
+        }
+        const std::uint64_t before = m_version;
+        ++m_visited;
+        cleanOverlappingPair(*pairAt(index), dispatcher);
+        // Begins again if the destructor has moved pairs: those without an algorithm cost little.
+        index = m_version == before ? index + 1 : 0;
+    }
+}
+
+/// Removes the pairs of the proxy from the end of the array on, so that what moves into a hole has been looked at.
+void PairCache::removeByScan(const btBroadphaseProxy* proxy, btDispatcher* dispatcher)
+{
+    for (std::uint32_t end = size(); end > 0;)
+    {
+        if (!isPairOf(end - 1, proxy))
+        {
+            --end;
+            continue;
+        }
+        const std::uint64_t before = m_version;
+        ++m_visited;
+        removeAt(end - 1, dispatcher);
+        // Begins again if a callback has changed more than this pair.
+        end = m_version == before + 1 ? end - 1 : size();
+    }
 }
 
 template <class IsAffected>
@@ -122,10 +167,11 @@ void* PairCache::removeWithCallbacks(std::uint32_t index, btDispatcher* dispatch
     return cursor.index != kNone ? removeTracked(cursor, dispatcher) : nullptr;
 }
 
-void* PairCache::removeTracked(const Cursor& cursor, btDispatcher* dispatcher)
+void* PairCache::removeTracked(Cursor& cursor, btDispatcher* dispatcher)
 {
     const btBroadphasePair pair = *pairAt(cursor.index);
     detach(cursor.index);
+    cursor.isDetached = true;
     ++m_detachedCount;
     try
     {
@@ -152,7 +198,8 @@ void PairCache::detach(std::uint32_t index)
 {
     const Pair ids = idsOf(*pairAt(index));
     m_hash.erase(hashOfPair(ids), index);
-    m_links.detach(index, ids);
+    if (m_isLinked)
+        m_links.detach(index, ids);
 }
 
 /// Moves the last pair into the entry of a detached one.
@@ -166,7 +213,8 @@ void PairCache::fillHole(std::uint32_t hole)
     }
     if (hole != last)
         movePair(last, hole);
-    m_links.popBack();
+    if (m_isLinked)
+        m_links.popBack();
     m_pairs.pop_back();
     ++m_version;
 }
@@ -174,13 +222,12 @@ void PairCache::fillHole(std::uint32_t hole)
 void PairCache::movePair(std::uint32_t from, std::uint32_t to)
 {
     *pairAt(to) = *pairAt(from);
-    if (isDetached(from))
-    {
-        m_links.markDetached(to);
+    // Its cursor is at the new entry already.
+    if (isDetached(to))
         return;
-    }
     m_hash.replace(hashOfPair(idsOf(*pairAt(from))), from, to);
-    m_links.move(from, to);
+    if (m_isLinked)
+        m_links.move(from, to);
 }
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

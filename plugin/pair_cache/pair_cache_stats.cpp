@@ -56,8 +56,8 @@ bool PairCache::isConsistent() const
     }
     if (m_hash.totalOverflowCount() != overflowCount)
         return false;
-    return m_links.isConsistent(size(),
-                                [&](std::uint32_t pair) { return idsOf(m_pairs[static_cast<int>(pair)]); });
+    return !m_isLinked || m_links.isConsistent(size(), [&](std::uint32_t pair)
+                                               { return idsOf(m_pairs[static_cast<int>(pair)]); });
 }
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

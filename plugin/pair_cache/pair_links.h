@@ -119,16 +119,12 @@ public:
         pushFront(anchors.second, node + 1);
     }
 
-    /// Unlinks the pair from both lists; its entry stays, marked as detached.
+    /// Unlinks the pair from both lists; its entry stays.
     void detach(std::uint32_t pair, Pair ids) noexcept
     {
         unlink(m_nodes[2 * pair], ids.first);
         unlink(m_nodes[2 * pair + 1], ids.second);
-        markDetached(pair);
     }
-
-    void markDetached(std::uint32_t pair) noexcept { m_nodes[2 * pair].next = kNone; }
-    bool isDetached(std::uint32_t pair) const noexcept { return m_nodes[2 * pair].next == kNone; }
 
     /// Moves the nodes of the linked pair `from` to the detached entry `to`.
     void move(std::uint32_t from, std::uint32_t to) noexcept

@@ -26,8 +26,8 @@ inline namespace CULLET_PRECISION
 /// So the filter was asked about every pair of boxes that overlap, and of a refused pair nothing is stored. Among so
 /// many partners a scan of all larger boxes is as fast as any search.
 ///
-/// Cost of an update: O(changed rows + listed pairs of these), and O(rows) for each row that is due. Memory: 33 bytes a
-/// row, 24 more once a pair is listed, 10 a listed pair.
+/// Cost of an update: O(changed rows + listed pairs of these), and O(rows) for each row that is due. Memory: 29 bytes a
+/// row, 24 more once a pair is listed, 5 a listed pair of up to 2^15 rows and 10 of more.
 class AllowedPairs
 {
 public:

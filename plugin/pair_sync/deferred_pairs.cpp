@@ -123,6 +123,11 @@ void DeferredPairs::followRestart() noexcept
     }
     std::fill(m_marks.begin(), m_marks.end(), Mark::None);
     m_markedRows = 0;
+    if (m_set.size() != 0)
+        return;
+    // Where AllowedPairs takes over there may be none for long.
+    m_marks = {};
+    m_grownBoxes = {};
 }
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

@@ -83,6 +83,13 @@ public:
     /// Reserves memory for more pairs, if the cache can.
     void reserveMore(std::size_t pairCount);
 
+    /// PairCache::setLinked(), if the cache is the broad phase's own.
+    void setLinked(bool isLinked)
+    {
+        if (m_own != nullptr)
+            m_own->setLinked(isLinked);
+    }
+
     /// Removes those pairs that are in the cache, in order; ids without a live proxy are skipped. @pre sorted
     void remove(const Pairs& pairs, const ProxyStore& store, btDispatcher* dispatcher);
 

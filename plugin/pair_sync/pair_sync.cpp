@@ -81,6 +81,7 @@ void PairSync::update(float margin, const QueryIndex& index, btDispatcher* dispa
     m_expectedCount = m_adapter.count();
     // New pairs of the backend that takes over are refused ones, as after a change of the cache.
     update.end(m_allowedPairs != nullptr && !m_allowedPairs->isStillCrowd());
+    m_adapter.setLinked(m_allowedPairs == nullptr);
     if (hasChanges || m_hadChanges)
         trimMemory();
     m_hadChanges = hasChanges;
@@ -342,8 +343,8 @@ void PairSync::applyAdded(float margin)
                                     m_delta.added.end(), m_scratch.begin());
     m_scratch.erase(end, m_scratch.end());
     const bool canAddUnfiltered = m_adapter.canAddUnfiltered();
-    // A callback may refuse most of them.
-    if (canAddUnfiltered)
+    // A callback may refuse most of them, but for those that it has just allowed.
+    if (canAddUnfiltered || m_allowedPairs != nullptr)
         m_adapter.reserveMore(m_scratch.size());
     for (std::size_t i = 0; i < m_scratch.size(); ++i)
     {

@@ -3,11 +3,13 @@
 #include "cullet/plugin/pair_sync/partner_lists.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace cullet
 {
 /// Where the row is in the list, or would be.
-std::size_t PartnerLists::placeOf(const List& list, std::uint32_t row) noexcept
+template <class Entry>
+std::size_t PartnerListsOf<Entry>::placeOf(const List& list, std::uint32_t row) noexcept
 {
     // Lists that are made in the order of rows grow at their end.
     if (list.empty() || rowOf(list.back()) < row)
@@ -16,26 +18,30 @@ std::size_t PartnerLists::placeOf(const List& list, std::uint32_t row) noexcept
                                     list.begin());
 }
 
-/// Room for one more entry. A quarter more instead of twice as much: the lists are most of what a crowd takes.
-void PartnerLists::makeRoom(List& list)
+/// Room for one more entry. An eighth more instead of twice as much: what is allowed of a crowd may be many pairs.
+template <class Entry>
+void PartnerListsOf<Entry>::makeRoom(List& list)
 {
     if (list.size() == list.capacity())
-        list.reserve(list.size() + list.size() / 4 + 4);
+        list.reserve(list.size() + list.size() / 8 + 4);
 }
 
 /// @pre makeRoom()
-void PartnerLists::insertInto(List& list, std::size_t place, std::uint32_t entry) noexcept
+template <class Entry>
+void PartnerListsOf<Entry>::insertInto(List& list, std::size_t place, Entry entry) noexcept
 {
     list.insert(list.begin() + static_cast<std::ptrdiff_t>(place), entry);
 }
 
 /// @pre the row is in the list
-void PartnerLists::eraseFrom(List& list, std::uint32_t row) noexcept
+template <class Entry>
+void PartnerListsOf<Entry>::eraseFrom(List& list, std::uint32_t row) noexcept
 {
     list.erase(list.begin() + static_cast<std::ptrdiff_t>(placeOf(list, row)));
 }
 
-void PartnerLists::insert(std::uint32_t rowA, std::uint32_t rowB, bool flag)
+template <class Entry>
+void PartnerListsOf<Entry>::insert(std::uint32_t rowA, std::uint32_t rowB, bool flag)
 {
     if (m_lists.size() < m_rows)
         m_lists.resize(m_rows);
@@ -56,7 +62,8 @@ void PartnerLists::insert(std::uint32_t rowA, std::uint32_t rowB, bool flag)
     ++m_size;
 }
 
-void PartnerLists::erase(std::uint32_t rowA, std::uint32_t rowB) noexcept
+template <class Entry>
+void PartnerListsOf<Entry>::erase(std::uint32_t rowA, std::uint32_t rowB) noexcept
 {
     if (!hasList(rowA))
         return;
@@ -69,7 +76,8 @@ void PartnerLists::erase(std::uint32_t rowA, std::uint32_t rowB) noexcept
     --m_size;
 }
 
-void PartnerLists::removePartners(std::uint32_t row, std::vector<std::uint32_t>& rows) const noexcept
+template <class Entry>
+void PartnerListsOf<Entry>::removePartners(std::uint32_t row, std::vector<std::uint32_t>& rows) const noexcept
 {
     if (!hasList(row))
         return;
@@ -91,11 +99,39 @@ void PartnerLists::removePartners(std::uint32_t row, std::vector<std::uint32_t>&
     rows.erase(kept, rows.end());
 }
 
-std::uint64_t PartnerLists::bytes() const noexcept
+template <class Entry>
+std::uint64_t PartnerListsOf<Entry>::bytes() const noexcept
 {
     std::uint64_t bytes = m_lists.capacity() * sizeof(List);
     for (const List& list : m_lists)
-        bytes += list.capacity() * sizeof(std::uint32_t);
+        bytes += list.capacity() * sizeof(Entry);
     return bytes;
+}
+
+template class PartnerListsOf<std::uint16_t>;
+template class PartnerListsOf<std::uint32_t>;
+
+void PartnerLists::growTo(std::uint32_t rows)
+{
+    if (rows <= m_rows)
+        return;
+    if (isSmall() && rows > Small::kMostRows)
+    {
+        Large large;
+        large.growTo(rows);
+        for (std::uint32_t row = 0; row < m_rows; ++row)
+        {
+            const auto copy = [&](std::uint32_t partner, bool flag)
+            {
+                large.insert(row, partner, flag);
+                return flag;
+            };
+            m_small.updateFlags(row, true, copy);
+        }
+        m_large = std::move(large);
+        m_small = Small();
+    }
+    m_rows = rows;
+    change([rows](auto& lists) { lists.growTo(rows); });
 }
 }  // namespace cullet

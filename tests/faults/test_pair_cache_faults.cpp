@@ -55,8 +55,13 @@ public:
         removeAllOf(3);
         addAll(6, 24);
         pass(deterministic());
+        m_cache.setLinked(false);
+        removeAllOf(5);
         for (std::size_t i = 0; i < 20; i += 2)
             remove(i, i + 1);
+        // Without memory the pairs stay unlinked.
+        m_cache.setLinked(true);
+        EXPECT_TRUE(m_cache.isLinked() || hasFaultHappened());
         m_run.attempt([&] { m_cache.sortOverlappingPairs(nullptr); });
         expectModel();
         addAll(0, 24);

@@ -116,7 +116,10 @@ private:
     void change(Special kind, std::size_t a)
     {
         if (kind == Special::UseFilter)
+        {
+            m_twin.setLinked((m_flags & 16) == 0);
             return m_twin.useFilter((m_flags & 1) != 0);
+        }
         if (kind == Special::AddRing)
         {
             for (std::size_t i = 0; i < kProxyCount; ++i)
@@ -205,6 +208,7 @@ private:
             case Call::RemoveOfCurrent:
                 return m_twin.removeOf(rowOf((m_flags & 8) != 0 ? ids.first : ids.second));
             case Call::Reserve:
+                m_twin.setLinked((m_flags & 32) == 0);
                 return m_twin.reserve(m_share * std::size_t{8});
             case Call::AddMany:
                 return m_twin.addMany(manyRows(a, b));

@@ -68,6 +68,7 @@ public:
 
     void sort();
 
+    void setLinked(bool isLinked) { m_cache.setLinked(isLinked); }
     void reserve(std::size_t count) { m_cache.reserve(m_pairs.size() + count); }
 
     /// @param goes whether a pair, by the number of its addition, is to be removed

@@ -23,17 +23,6 @@ std::unique_ptr<BoxScene> makeScene(const char* name, const LossSetup& setup)
     return findBoxScene(name)->make({setup.bodies, false, setup.seed});
 }
 
-ExactBox cubeAt(const double* centre, double halfEdge)
-{
-    ExactBox box;
-    for (int axis = 0; axis < 3; ++axis)
-    {
-        box.min[axis] = centre[axis] - halfEdge;
-        box.max[axis] = centre[axis] + halfEdge;
-    }
-    return box;
-}
-
 /// A broad phase that follows one of boxScenes().
 class FollowingBroadphase : public ScriptedBroadphase
 {
@@ -109,119 +98,6 @@ private:
     btGhostPairCallback m_callback;
     std::vector<btGhostObject> m_ghosts;
     std::vector<btCollisionObject> m_movers;
-};
-
-/// Boxes in a cube of 2 m, each of which walks at random.
-class WalkingLoss : public ScriptedBroadphase
-{
-public:
-    /// @param mask of all boxes, whose group is 1
-    WalkingLoss(const LossSetup& setup, double halfEdge, double origin, int mask = -1)
-        : ScriptedBroadphase(setup), m_random(setup.seed), m_halfEdge(halfEdge), m_origin(origin)
-    {
-        for (std::uint32_t row = 0; row < setup.bodies; ++row)
-        {
-            for (int axis = 0; axis < 3; ++axis)
-                m_centres.push_back(m_random.uniform(-1.0f, 1.0f));
-            add(boxOf(row), 1, mask);
-        }
-        makeBroadphase();
-    }
-
-    double run() override
-    {
-        for (std::uint32_t row = 0; row < size(); ++row)
-        {
-            for (int axis = 0; axis < 3; ++axis)
-            {
-                double& x = m_centres[3 * row + static_cast<std::uint32_t>(axis)];
-                x = std::clamp(x + m_random.uniform(-0.02f, 0.02f), -1.0, 1.0);
-            }
-            place(row, boxOf(row));
-        }
-        const Stopwatch watch;
-        setBoxes();
-        findPairs();
-        return watch.wallMs();
-    }
-
-private:
-    ExactBox boxOf(std::uint32_t row) const
-    {
-        double centre[3];
-        for (std::uint32_t axis = 0; axis < 3; ++axis)
-            centre[axis] = m_origin + m_centres[3 * row + axis];
-        return cubeAt(centre, m_halfEdge);
-    }
-
-    SplitMix64 m_random;
-    double m_halfEdge;
-    double m_origin;
-    std::vector<double> m_centres;  ///< three coordinates a row
-};
-
-class FarLoss : public WalkingLoss
-{
-public:
-    explicit FarLoss(const LossSetup& setup) : WalkingLoss(setup, 0.05, 6.4e6)
-    {
-        createProxies();
-        findPairs();
-    }
-};
-
-class RefusedLoss : public WalkingLoss
-{
-public:
-    /// @param allowedShare one pair in so many is allowed; 0: none
-    RefusedLoss(const LossSetup& setup, std::uint64_t allowedShare)
-        : WalkingLoss(setup, 0.5, 0.0), m_filter(allowedShare)
-    {
-        broadphase().getOverlappingPairCache()->setOverlapFilterCallback(&m_filter);
-        createProxies();
-        findPairs();
-    }
-
-    // Before the filter.
-    ~RefusedLoss() override { destroy(); }
-
-private:
-    /// Decides by the unique ids, which are the same on all sides.
-    class Refusal : public btOverlapFilterCallback
-    {
-    public:
-        explicit Refusal(std::uint64_t allowedShare) : m_allowedShare(allowedShare) {}
-
-        bool needBroadphaseCollision(btBroadphaseProxy* a, btBroadphaseProxy* b) const override
-        {
-            if (m_allowedShare == 0)
-                return false;
-            const Pair ids = makePair(static_cast<std::uint32_t>(a->m_uniqueId),
-                                      static_cast<std::uint32_t>(b->m_uniqueId));
-            return splitMix(pairKey(ids)) % m_allowedShare == 0;
-        }
-
-    private:
-        std::uint64_t m_allowedShare;
-    };
-
-    bool allows(const btBroadphaseProxy& a, const btBroadphaseProxy& b) const override
-    {
-        return m_filter.needBroadphaseCollision(const_cast<btBroadphaseProxy*>(&a),
-                                                const_cast<btBroadphaseProxy*>(&b));
-    }
-
-    Refusal m_filter;
-};
-
-class MaskedLoss : public WalkingLoss
-{
-public:
-    explicit MaskedLoss(const LossSetup& setup) : WalkingLoss(setup, 0.5, 0.0, 2)
-    {
-        createProxies();
-        findPairs();
-    }
 };
 
 class SpotLoss : public ScriptedBroadphase
@@ -444,26 +320,6 @@ public:
 std::unique_ptr<LossSide> makeGhostsLoss(const LossSetup& setup)
 {
     return std::make_unique<GhostsLoss>(setup);
-}
-
-std::unique_ptr<LossSide> makeFarLoss(const LossSetup& setup)
-{
-    return std::make_unique<FarLoss>(setup);
-}
-
-std::unique_ptr<LossSide> makeRefusedLoss(const LossSetup& setup)
-{
-    return std::make_unique<RefusedLoss>(setup, 0);
-}
-
-std::unique_ptr<LossSide> makeMostlyRefusedLoss(const LossSetup& setup)
-{
-    return std::make_unique<RefusedLoss>(setup, 16);
-}
-
-std::unique_ptr<LossSide> makeMaskedLoss(const LossSetup& setup)
-{
-    return std::make_unique<MaskedLoss>(setup);
 }
 
 std::unique_ptr<LossSide> makeSpotLoss(const LossSetup& setup)

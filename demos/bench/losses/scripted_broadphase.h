@@ -11,6 +11,18 @@ namespace cullet
 {
 inline namespace CULLET_PRECISION
 {
+/// @param centre [3]
+inline ExactBox cubeAt(const double* centre, double halfEdge)
+{
+    ExactBox box;
+    for (int axis = 0; axis < 3; ++axis)
+    {
+        box.min[axis] = centre[axis] - halfEdge;
+        box.max[axis] = centre[axis] + halfEdge;
+    }
+    return box;
+}
+
 /// A side of a case without a world: a broad phase with the boxes of a script.
 class ScriptedBroadphase : public LossSide
 {

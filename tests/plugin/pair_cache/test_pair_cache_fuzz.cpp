@@ -46,6 +46,8 @@ public:
 
     void step()
     {
+        if (m_steps % 3000 == 2999)
+            m_cache.setLinked(!m_cache.isLinked());
         const std::uint32_t dice = m_random.below(100000);
         // Adding prevails for a while, then removing, so that the cache fills and empties.
         const std::uint32_t addLimit = m_steps++ / 20000 % 2 == 0 ? 60000 : 35000;

@@ -120,7 +120,38 @@ TEST(PartnerLists, RemovePartnersFromAscendingRows)
     EXPECT_EQ(rows.size(), 3u);
 }
 
-TEST(PartnerLists, TakeTenBytesForEachOfManyPairs)
+TEST(PartnerLists, KeepPairsAndFlagsWhenEntriesBecomeLarger)
+{
+    constexpr std::uint32_t kFew = 1u << 15, kRows = kFew + 40;
+    Random random(40);
+    PartnerLists lists;
+    lists.growTo(kFew);
+    Flags expected;
+    const auto insertSome = [&](std::uint32_t rows)
+    {
+        for (int i = 0; i < 500; ++i)
+        {
+            const std::uint32_t a = rows - 1 - random.below(60), b = random.below(20);
+            const bool flag = random.chance(0.5f);
+            lists.insert(a, b, flag);
+            expected[sorted(a, b)] = flag;
+        }
+    };
+    insertSome(kFew);
+    ASSERT_EQ(visited(lists, kFew, true), expected);
+    EXPECT_GT(expected.size(), 300u);
+    const std::uint64_t before = lists.bytes();
+    lists.growTo(kRows);
+    EXPECT_GT(lists.bytes(), before);
+    ASSERT_EQ(visited(lists, kRows, false), expected);
+    insertSome(kRows);
+    EXPECT_GT(expected.rbegin()->first.second, kFew)
+        << "the sample has rows beyond the limit of the small entries";
+    ASSERT_EQ(visited(lists, kRows, true), expected);
+    EXPECT_EQ(lists.size(), expected.size());
+}
+
+TEST(PartnerLists, TakeFiveBytesForEachOfManyPairsOfFewRowsAndTenOfMany)
 {
     constexpr std::uint32_t kRows = 1000;
     PartnerLists lists;
@@ -131,7 +162,11 @@ TEST(PartnerLists, TakeTenBytesForEachOfManyPairs)
             lists.insert(a, b, true);
     }
     EXPECT_GT(lists.size(), 150000u);
-    EXPECT_LE(lists.bytes(), 10 * lists.size() + 32 * kRows);
+    EXPECT_LE(lists.bytes(), 5 * lists.size() + 32 * kRows);
+    constexpr std::uint32_t kManyRows = 1u << 16;
+    lists.growTo(kManyRows);
+    lists.insert(0, kManyRows - 1, true);
+    EXPECT_LE(lists.bytes(), 10 * lists.size() + 24 * kManyRows + 8 * kRows);
 }
 }  // namespace
 }  // namespace cullet::test
