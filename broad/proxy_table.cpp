@@ -221,10 +221,11 @@ ProxyView ProxyTable::beginUpdate(float margin, bool useFilter)
         m_dirty.resize(m_boxes.capacity());
     ProxyId* to = m_dirty.data();
     std::uint8_t anyChanges = 0;
-    for (std::uint32_t begin = 0; begin < size(); begin += 1u << kBlockShift)
+    const std::uint32_t rows = hasChanges() ? size() : 0;
+    for (std::uint32_t begin = 0; begin < rows; begin += 1u << kBlockShift)
     {
         if (isBlockMarked(begin >> kBlockShift, kBlockForUpdate))
-            to = listSetBytes(m_changes.data(), begin, std::min(size(), begin + (1u << kBlockShift)), to,
+            to = listSetBytes(m_changes.data(), begin, std::min(rows, begin + (1u << kBlockShift)), to,
                               anyChanges);
     }
     m_dirtyCount = static_cast<std::uint32_t>(to - m_dirty.data());
@@ -245,6 +246,9 @@ ProxyView ProxyTable::beginUpdate(float margin, bool useFilter)
 
 void ProxyTable::endUpdate() noexcept
 {
+    // No row has changed; a destroyed one has.
+    if (!hasChanges())
+        return;
     if (m_dirtyCount == size())
     {
         std::fill(m_changes.begin(), m_changes.end(), std::uint8_t{kRowUnchanged});

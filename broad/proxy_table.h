@@ -78,6 +78,15 @@ public:
     /// Clears the changes and frees the quarantined rows. To be called after every backend has read the view.
     void endUpdate() noexcept;
 
+    /// Clears the changes without an update. @pre at most 128 rows, which have moved only
+    void forgetMoves() noexcept
+    {
+        for (std::uint8_t& changes : m_changes)
+            changes = kRowUnchanged;
+        unmarkBlock(0, kBlockForUpdate);
+        m_hasChanges.store(false, std::memory_order_relaxed);
+    }
+
     /// True when a row changed since endUpdate(); safe to read while setBox() runs elsewhere.
     bool hasChanges() const noexcept { return m_hasChanges.load(std::memory_order_relaxed); }
 

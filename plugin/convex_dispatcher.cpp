@@ -10,6 +10,7 @@
 #include "cullet/plugin/core/dynamic_type.h"
 #include "cullet/plugin/core/prefetch.h"
 #include "cullet/plugin/near_pass.h"
+#include "cullet/plugin/pair_cache/pair_cache.h"
 
 #include <BulletCollision/BroadphaseCollision/btOverlappingPairCache.h>
 #include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
@@ -107,8 +108,11 @@ Dispatcher::~Dispatcher()
 void Dispatcher::dispatchAllCollisionPairs(btOverlappingPairCache* pairCache, const btDispatcherInfo& info,
                                            btDispatcher* dispatcher)
 {
+    if (areFewAndAsleep(*pairCache, info))
+        return skipDispatch();
     const PassScope pass(m_isaGjk);
-    m_jobs->repeatRecords();
+    if (m_jobs->hasRecords())
+        m_jobs->repeatRecords();
     m_idlePairs = m_stillPairs = 0;
     m_hadForeignPairs = false;
     m_testsInTurn = false;
@@ -121,7 +125,7 @@ void Dispatcher::dispatchAllCollisionPairs(btOverlappingPairCache* pairCache, co
     NearPass nearPass(*this, *pairCache, info);
     try
     {
-        pairCache->processAllOverlappingPairs(&nearPass, dispatcher, info);
+        nearPass.run(dispatcher);
     }
     catch (...)
     {
@@ -130,6 +134,38 @@ void Dispatcher::dispatchAllCollisionPairs(btOverlappingPairCache* pairCache, co
         throw;
     }
     nearPass.finish();
+}
+
+/// Whether Bullet's near callback would do nothing for any pair, and the pairs are so few that to ask costs less than to
+/// prepare a pass.
+bool Dispatcher::areFewAndAsleep(const btOverlappingPairCache& cache, const btDispatcherInfo& info) const
+{
+    constexpr int kFewPairs = 64;
+    // By address, which is the faster comparison: a pass does the same.
+    const std::type_info* const type = dynamicType(cache);
+    const bool isOwn = type == &typeid(PairCache) && !static_cast<const PairCache&>(cache).hasDetachedPairs();
+    const int count = cache.getNumOverlappingPairs();
+    if (count > kFewPairs || (!isOwn && type != &typeid(btHashedOverlappingPairCache)) ||
+        !isExactly<Dispatcher>(*this) || getNearCallback() != m_ownNearCallback ||
+        info.m_dispatchFunc != btDispatcherInfo::DISPATCH_DISCRETE || m_jobs->hasRecords())
+        return false;
+    const btBroadphasePair* const pairs = cache.getOverlappingPairArrayPtr();
+    return std::all_of(pairs, pairs + count,
+                       [](const btBroadphasePair& pair)
+                       { return areAsleep(bodyOf(pair.m_pProxy0), bodyOf(pair.m_pProxy1)); });
+}
+
+/// Counts a dispatch in which no pair was processed.
+void Dispatcher::skipDispatch()
+{
+    m_idlePairs = m_stillPairs = 0;
+    m_idle.clear();
+    m_hadForeignPairs = false;
+    m_hasMissedUpdate = true;
+    ContactStats& stats = m_jobs->stats();
+    stats.reason = m_workers->threads() == 1 ? SerialReason::OneThread : SerialReason::FewPairs;
+    stats.pairs = stats.jobs = 0;
+    ++stats.dispatchesTotal[std::size_t(stats.reason)];
 }
 
 const ContactStats& Dispatcher::contactStats() const
@@ -236,6 +272,8 @@ bool Dispatcher::makeAndTrack(btBroadphasePair* pairs, std::size_t count)
 bool Dispatcher::classify(btBroadphasePair* pairs, std::size_t count)
 {
     MotionTrackedPairs& tracked = m_isaGjk.motions().pairs();
+    if (tracked.areClassified(pairs, count))
+        return true;
     if (!tracked.tryReserve(count))
         return false;
     for (std::size_t i = 0; (i = tracked.firstUnclassified(pairs, i, count)) < count; ++i)

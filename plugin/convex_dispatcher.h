@@ -102,6 +102,8 @@ public:
 private:
     class NearPass;
 
+    bool areFewAndAsleep(const btOverlappingPairCache& cache, const btDispatcherInfo& info) const;
+    void skipDispatch();
     bool makeAlgorithms(btBroadphasePair* pairs, std::size_t count, std::vector<std::uint32_t>& isaGjkPairs);
     IsaGjkAlgorithm* makeAlgorithm(btBroadphasePair& pair);
     btScalar breakingThresholdOf(const btCollisionObject& a, const btCollisionObject& b) const;

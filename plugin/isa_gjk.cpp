@@ -33,6 +33,9 @@ namespace
 /// Pass numbers are unique in the process, so that a check of a shape in one pass is not valid in another world's.
 std::atomic<std::uint64_t> lastPass{0};
 
+/// Pass numbers that a dispatcher takes at once: a shared counter costs more than a small world has to spend in a step.
+constexpr std::uint64_t kPassesAtOnce = 1024;
+
 bool isRound(ConvexKind kind)
 {
     return kind == ConvexKind::Sphere || kind == ConvexKind::Capsule;
@@ -287,8 +290,14 @@ btCollisionAlgorithm* IsaGjkRegistration::BoxCreateFunc::CreateCollisionAlgorith
 
 void IsaGjkRegistration::beginPass()
 {
-    if (m_options.checkPoints)
-        m_pass = lastPass.fetch_add(1, std::memory_order_relaxed) + 1;
+    if (!m_options.checkPoints)
+        return;
+    if (m_lastPass == m_endOfPasses)
+    {
+        m_lastPass = lastPass.fetch_add(kPassesAtOnce, std::memory_order_relaxed);
+        m_endOfPasses = m_lastPass + kPassesAtOnce;
+    }
+    m_pass = ++m_lastPass;
 }
 
 IsaGjkStats IsaGjkRegistration::stats() const

@@ -22,8 +22,7 @@ namespace
 /// Whether the passes of a pair cache run no code of the application between two pairs.
 bool isKnownCache(const btOverlappingPairCache& cache)
 {
-    return isExactly<PairCache>(cache) || isExactly<btHashedOverlappingPairCache>(cache) ||
-           isExactly<btSortedOverlappingPairCache>(cache);
+    return isExactlyAnyOf<PairCache, btHashedOverlappingPairCache, btSortedOverlappingPairCache>(cache);
 }
 
 /// Whether the body's virtual functions are Bullet's own. By name, since programs without dynamics lack btRigidBody.
@@ -44,13 +43,10 @@ Dispatcher::NearPass::NearPass(Dispatcher& dispatcher, btOverlappingPairCache& c
     : m_dispatcher(dispatcher),
       m_cache(cache),
       m_pairs(cache.getOverlappingPairArrayPtr()),
-      m_unreadPairs(dispatcher.m_idle.empty() && isExactly<PairCache>(cache) ? static_cast<PairCache*>(&cache)
-                                                                             : nullptr),
+      m_unreadPairs(unreadPairs()),
       m_wereMostAsleep(2 * dispatcher.m_jobs->stats().pairs < std::uint64_t(cache.getNumOverlappingPairs())),
       m_info(info),
       m_jobs(*dispatcher.m_jobs),
-      m_kinds(dispatcher, dispatcher.m_isaGjk, dispatcher.m_doubleDispatchContactPoints,
-              dispatcher.m_callbacksAreThreadSafe),
       m_isInLine(isExactly<Dispatcher>(dispatcher) &&
                  info.m_dispatchFunc == btDispatcherInfo::DISPATCH_DISCRETE),
       m_findsForeign(dispatcher.m_findsForeignPairs && m_isInLine && usesOwnNearCallback() &&
@@ -63,6 +59,28 @@ Dispatcher::NearPass::NearPass(Dispatcher& dispatcher, btOverlappingPairCache& c
         m_reason = SerialReason::FewPairs;
     stats.reason = m_reason;
     stats.jobs = 0;
+}
+
+/// The pairs of a cache, if no search for idle pairs has read their bodies and they are enough for a prefetch.
+const PairCache* Dispatcher::NearPass::unreadPairs() const
+{
+    const bool areUnread =
+        m_cache.getNumOverlappingPairs() > 2 * kPrefetchDistance && m_dispatcher.m_idle.empty();
+    return areUnread && isExactly<PairCache>(m_cache) ? static_cast<const PairCache*>(&m_cache) : nullptr;
+}
+
+/// The loop of Bullet's own cache is here too, since its call, its profile zone and a virtual call a pair cost more than
+/// sleeping pairs. No pair is removed, since processOverlap() returns false.
+void Dispatcher::NearPass::run(btDispatcher* dispatcher)
+{
+    // By address: where a library has a class of its own with this name, the call does the same.
+    const bool isBullets = dynamicType(m_cache) == &typeid(btHashedOverlappingPairCache);
+    if (m_info.m_deterministicOverlappingPairs || !isBullets)
+        return m_cache.processAllOverlappingPairs(this, dispatcher, m_info);
+    btBroadphasePairArray& pairs = m_cache.getOverlappingPairArray();
+    // Callbacks may add and remove pairs.
+    for (int i = 0; i < pairs.size(); ++i)
+        processOverlap(pairs[i]);
 }
 
 void Dispatcher::NearPass::finish()
@@ -150,7 +168,16 @@ bool Dispatcher::NearPass::isForeign(const btBroadphasePair& pair)
 {
     const btCollisionObject &a = bodyOf(pair.m_pProxy0), &b = bodyOf(pair.m_pProxy1);
     return pair.m_algorithm == nullptr || !m_bodies.kindOf(a, isOfBullet) ||
-           !m_bodies.kindOf(b, isOfBullet) || !isJob(m_kinds.kindOf(*pair.m_algorithm, a, b));
+           !m_bodies.kindOf(b, isOfBullet) || !isJob(kindOf(*pair.m_algorithm, a, b));
+}
+
+PairKind Dispatcher::NearPass::kindOf(btCollisionAlgorithm& algorithm, const btCollisionObject& a,
+                                      const btCollisionObject& b)
+{
+    if (!m_kinds)
+        m_kinds.emplace(m_dispatcher, m_dispatcher.m_isaGjk, m_dispatcher.m_doubleDispatchContactPoints,
+                        m_dispatcher.m_callbacksAreThreadSafe);
+    return m_kinds->kindOf(algorithm, a, b);
 }
 
 [[gnu::noinline]] void Dispatcher::NearPass::takeBulletsPath(btBroadphasePair& pair)
@@ -197,7 +224,7 @@ bool Dispatcher::NearPass::isForeign(const btBroadphasePair& pair)
 
 void Dispatcher::NearPass::deferOrRun(const ContactJob& job)
 {
-    const PairKind kind = m_kinds.kindOf(*job.algorithm, *job.a, *job.b);
+    const PairKind kind = kindOf(*job.algorithm, *job.a, *job.b);
     if (kind == PairKind::Unknown)
         runUnknown(job);
     else if (!isJob(kind) || !defer(job, kind))

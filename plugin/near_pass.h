@@ -9,6 +9,8 @@
 
 #include <BulletCollision/BroadphaseCollision/btOverlappingPairCache.h>
 
+#include <optional>
+
 namespace cullet
 {
 inline namespace CULLET_PRECISION
@@ -39,11 +41,16 @@ public:
     NearPass(Dispatcher& dispatcher, btOverlappingPairCache& cache, const btDispatcherInfo& info);
 
     bool processOverlap(btBroadphasePair& pair) override;
+    /// Processes all pairs of the cache, in its order.
+    ///
+    /// @param dispatcher as of btOverlappingPairCache::processAllOverlappingPairs()
+    void run(btDispatcher* dispatcher);
     /// Runs the jobs that are left, and counts. Call it after the pass, even if that ended by an exception.
     void finish();
 
 private:
     SerialReason serialReason() const;
+    const PairCache* unreadPairs() const;
     bool isIdle(const btBroadphasePair& pair) const;
     void prefetchAhead(const btBroadphasePair& pair) const;
     bool usesOwnNearCallback() const
@@ -53,6 +60,7 @@ private:
     bool isIdleInTurn(const btBroadphasePair& pair);
     void noteForeign(const btBroadphasePair& pair);
     bool isForeign(const btBroadphasePair& pair);
+    PairKind kindOf(btCollisionAlgorithm& algorithm, const btCollisionObject& a, const btCollisionObject& b);
     void takeBulletsPath(btBroadphasePair& pair);
     void makeAlgorithm(btBroadphasePair& pair, btCollisionObject& a, btCollisionObject& b);
     void collide(btBroadphasePair& pair, btCollisionObject& a, btCollisionObject& b);
@@ -61,16 +69,16 @@ private:
     void runUnknown(const ContactJob& job);
 
     Dispatcher& m_dispatcher;
-    const btOverlappingPairCache& m_cache;
+    btOverlappingPairCache& m_cache;
     const btBroadphasePair* m_pairs;
-    const PairCache* m_unreadPairs;  ///< the cache if no search for idle pairs has read its bodies, else null
+    const PairCache* m_unreadPairs;  ///< the cache if its bodies are worth prefetching, else null
     bool m_wereMostAsleep;           ///< of the last dispatch, most pairs had no contacts to compute
     const btDispatcherInfo& m_info;
     ContactJobs& m_jobs;
-    PairKinds m_kinds;
-    ClassMemo<bool> m_bodies;  ///< whether the class is Bullet's
-    bool m_isInLine;           ///< Bullet's near callback, without the call
-    bool m_findsForeign;       ///< some pairs may be found not to be foreign
+    std::optional<PairKinds> m_kinds;  ///< none before the first pair whose kind is asked
+    ClassMemo<bool> m_bodies;          ///< whether the class is Bullet's
+    bool m_isInLine;                   ///< Bullet's near callback, without the call
+    bool m_findsForeign;               ///< some pairs may be found not to be foreign
     SerialReason m_reason;
     std::uint64_t m_near = 0;  ///< pairs whose contacts are computed
 };

@@ -72,7 +72,8 @@ public:
 
     void updateAabbs() override
     {
-        if (!this->stepParts().boxes.update(*this, kRule, this->stepParts().rest))
+        if (this->getNumCollisionObjects() < WorldBoxes::kLeastObjects ||
+            !this->stepParts().boxes.update(*this, kRule, this->stepParts().rest))
             Base::updateAabbs();
     }
 

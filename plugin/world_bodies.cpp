@@ -88,11 +88,6 @@ struct WorldBodies::Parts
         if (count == 0)
             return;
         btRigidBody** const first = &bodies[0];
-        if (areFew(bodies))
-        {
-            std::for_each(first, first + count, body);
-            return;
-        }
         const auto runTask = [&](unsigned task)
         {
             constexpr int kAhead{kPrefetchDistance};
@@ -215,6 +210,16 @@ bool WorldBodies::predictMotionOfMany(Bodies& bodies, btScalar timeStep)
 /// Whether Bullet may sweep some body; sets the hit fractions of all of them.
 bool WorldBodies::Parts::hasThreshold(Bodies& bodies)
 {
+    if (areFew(bodies))
+    {
+        bool hasOne = false;
+        for (int i = 0; i < bodies.size(); ++i)
+        {
+            bodies[i]->setHitFraction(1);
+            hasOne |= bodies[i]->getCcdSquareMotionThreshold() != btScalar(0);
+        }
+        return hasOne;
+    }
     std::atomic<bool> hasAny{false};
     forEach(bodies, kCostOfThreshold, prefetchStateAndThreshold,
             [&hasAny](btRigidBody* body)

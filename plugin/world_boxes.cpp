@@ -261,7 +261,7 @@ void WorldBoxes::Parts::compute(const Job& job, const Visited& visited)
 
 bool WorldBoxes::Parts::update(btCollisionWorld& world, BoxRule rule, WorldRest& rest)
 {
-    if (static_cast<std::size_t>(world.getNumCollisionObjects()) < 2 * kGrain)
+    if (world.getNumCollisionObjects() < kLeastObjects)
         return false;
     BT_PROFILE("updateAabbs");
     const Job job(world, rule);

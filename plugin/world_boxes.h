@@ -51,6 +51,7 @@ public:
     /// Objects per task. With fewer than two tasks Bullet's own function is as fast; several threads pay from about
     /// 8,000 boxes on.
     static constexpr std::size_t kGrain = 256;
+    static constexpr int kLeastObjects = 2 * kGrain;
 
     WorldBoxes();
     ~WorldBoxes();

@@ -36,6 +36,7 @@ struct WorldIslands::Parts
     bool solve(const Step& step);
     void reserve(const Step& step);
     SerialIslands reasonAgainst(const Step& step) const;
+    bool skipSolver(const Step& step);
     void solveOneByOne(const Step& step);
     void collectGroups(const Step& step);
     double parallelWork() const;
@@ -90,13 +91,34 @@ bool isLittleWork(const WorldIslands::Step& step)
                                step.info.m_numIterations) < 2 * ParallelLoops::workPerThread;
 }
 
-/// Joints that Bullet's loop compares with each island.
-constexpr int kFewJoints = 64;
-
-/// Whether the functions of the world itself are as fast.
-bool areFew(const btCollisionWorld& world, const WorldIslands::Joints& joints)
+/// Whether Bullet would change neither a body nor a joint: the islands are as they are, and the solver has no rows.
+bool isAtRest(const WorldIslands::Step& step)
 {
-    return world.getNumCollisionObjects() <= WorldBodies::fewBodies && joints.size() <= kFewJoints;
+    // With them, Bullet's solver ends after the first iteration of nothing.
+    const bool hasUsualEnd = step.info.m_numIterations > 0 && step.info.m_leastSquaresResidualThreshold >= 0;
+    if (step.joints.size() != 0 || !hasUsualEnd || !step.manager.getSplitIslands())
+        return false;
+    constexpr int kMobility = btCollisionObject::CF_STATIC_OBJECT | btCollisionObject::CF_KINEMATIC_OBJECT;
+    const btCollisionObjectArray& objects = step.world.getCollisionObjectArray();
+    for (int i = 0; i < objects.size(); ++i)
+    {
+        const btCollisionObject& object = *objects[i];
+        const bool isStatic = (object.getCollisionFlags() & kMobility) == btCollisionObject::CF_STATIC_OBJECT;
+        if (!isStatic && object.getActivationState() != ISLAND_SLEEPING)
+            return false;
+    }
+    return true;
+}
+
+/// What a call of Bullet's solver without bodies leaves behind.
+void countEmptyCall(btSequentialImpulseConstraintSolver& solver)
+{
+    btSolverAnalyticsData& counted = solver.m_analyticsData;
+    ++counted.m_numSolverCalls;
+    counted.m_numIterationsUsed = 1;
+    counted.m_islandId = -2;
+    counted.m_numBodies = counted.m_numContactManifolds = 0;
+    counted.m_remainingLeastSquaresResidual = 0;
 }
 
 bool hasForeignRounding(const btContactSolverInfo& info)
@@ -152,11 +174,13 @@ bool WorldIslands::solve(const Step& step)
 bool WorldIslands::Parts::solve(const Step& step)
 {
     stats = {};
-    if (areFew(step.world, step.joints) && isLittleWork(step) &&
-        isExactly<btSequentialImpulseConstraintSolver>(step.solver))
+    if (areFew(step.world, step.joints) && isExactly<btSequentialImpulseConstraintSolver>(step.solver))
     {
+        if (isAtRest(step))
+            return skipSolver(step);
         stats.serial = SerialIslands::FewBodies;
-        return false;
+        if (isLittleWork(step))
+            return false;
     }
     stats.serial = reasonAgainst(step);
     if (stats.serial == SerialIslands::NotSplit)
@@ -184,6 +208,15 @@ bool WorldIslands::Parts::solve(const Step& step)
     else
         solveOneByOne(step);
     step.solver.allSolved(step.info, step.debugDrawer);
+    return true;
+}
+
+bool WorldIslands::Parts::skipSolver(const Step& step)
+{
+    BT_PROFILE("solveConstraints");
+    stats.serial = SerialIslands::AtRest;
+    step.sortedJoints.resize(0);
+    countEmptyCall(static_cast<btSequentialImpulseConstraintSolver&>(step.solver));
     return true;
 }
 

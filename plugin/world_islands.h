@@ -5,13 +5,14 @@
 #include "cullet/broad/api.h"
 #include "cullet/broad/array.h"
 #include "cullet/plugin/core/precision.h"
+#include "cullet/plugin/world_bodies.h"
 
+#include <BulletCollision/CollisionDispatch/btCollisionWorld.h>
 #include <LinearMath/btAlignedObjectArray.h>
 
 #include <cstdint>
 #include <memory>
 
-class btCollisionWorld;
 class btConstraintSolver;
 class btIDebugDraw;
 class btPersistentManifold;
@@ -28,6 +29,7 @@ enum class SerialIslands : std::uint8_t
 {
     No,          ///< several threads solved them
     FewThreads,  ///< one thread is allowed
+    AtRest,      ///< few bodies, all asleep, and no joint: the solver was not called, which changes nothing
     FewBodies,  ///< Base solved the islands: few objects and joints (WorldBodies::fewBodies), and little work
     LittleWork,  ///< too little work for a second thread, or nearly all of it in one task
     NotSplit,    ///< setSplitIslands(false): Base solves all bodies together
@@ -78,6 +80,13 @@ public:
         const Joints& joints;
         Joints& sortedJoints;
     };
+
+    /// Whether the functions of the world itself are as fast as those that use several threads.
+    static bool areFew(const btCollisionWorld& world, const Joints& joints)
+    {
+        constexpr int kFewJoints = 64;  // Bullet's loop compares all of them with each island
+        return world.getNumCollisionObjects() <= WorldBodies::fewBodies && joints.size() <= kFewJoints;
+    }
 
     WorldIslands();
     ~WorldIslands();

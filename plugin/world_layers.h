@@ -117,6 +117,9 @@ struct StepParts
     WorldBodies bodies;
     WorldRest rest;
     WorldSpeculation speculation;
+    /// Whether the step began with few objects and joints: then the layers leave what they can to Base, without a call of
+    /// another library. Callbacks may add many, which only makes the step slower.
+    bool areFew = false;
 };
 
 /// Base with its StepParts. Another class that has their functions may keep them elsewhere.
@@ -179,6 +182,8 @@ public:
 protected:
     void calculateSimulationIslands() override
     {
+        if (this->stepParts().areFew)
+            return Next::calculateSimulationIslands();
         const bool isQuiet =
             Next::kDetectsAsBullet && this->stepParts().rest.isKnown() && this->isWorldItself();
         if (!isQuiet)
@@ -197,6 +202,8 @@ public:
     using Next::Next;
     void applyGravity() override
     {
+        if (this->stepParts().areFew)
+            return Next::applyGravity();
         if (!this->stepParts().bodies.applyGravity(this->m_nonStaticRigidBodies))
             Next::applyGravity();
     }
@@ -209,6 +216,8 @@ public:
     using Next::Next;
     void clearForces() override
     {
+        if (this->stepParts().areFew)
+            return Next::clearForces();
         // The end of a step, also of one without an inner one.
         this->stepParts().rest.forget();
         if (!this->stepParts().bodies.clearForces(this->m_nonStaticRigidBodies))
@@ -225,11 +234,24 @@ public:
 protected:
     void saveKinematicState(btScalar timeStep) override
     {
+        if (beginsWithFew())
+            return Next::saveKinematicState(timeStep);
         const bool isQuiet = Next::kStartsAsBullet && WorldRest::serves(*this) &&
                              this->m_internalPreTickCallback == nullptr && this->isWorldItself();
         const WorldRest::Indices* const restless = this->stepParts().rest.begin(*this, isQuiet);
         if (this->stepParts().bodies.saveKinematicState(this->m_collisionObjects, timeStep, restless))
             this->stepParts().rest.forget();
+    }
+
+private:
+    bool beginsWithFew()
+    {
+        StepParts& parts = this->stepParts();
+        const bool wereFew = parts.areFew;
+        parts.areFew = WorldIslands::areFew(*this, this->m_constraints);
+        if (parts.areFew && !wereFew)
+            parts.rest.begin(*this, false);
+        return parts.areFew;
     }
 };
 
@@ -242,6 +264,8 @@ public:
 protected:
     void predictUnconstraintMotion(btScalar timeStep) override
     {
+        if (this->stepParts().areFew)
+            return Next::predictUnconstraintMotion(timeStep);
         if (!this->stepParts().bodies.predictMotion(this->m_nonStaticRigidBodies, timeStep))
             Next::predictUnconstraintMotion(timeStep);
     }
@@ -259,8 +283,10 @@ protected:
         BT_PROFILE("createPredictiveContacts");
         // Contacts that are released and sweeps call the application.
         if (this->m_predictiveManifolds.size() > 0)
+        {
             this->stepParts().rest.forget();
-        this->releasePredictiveContacts();
+            this->releasePredictiveContacts();
+        }
         const auto sweep = [&](btRigidBody** bodies, int count)
         {
             this->stepParts().rest.forget();
@@ -285,6 +311,8 @@ public:
 protected:
     void integrateTransforms(btScalar timeStep) override
     {
+        if (this->stepParts().areFew)
+            return Next::integrateTransforms(timeStep);
         const auto integrate = [&](btRigidBody** bodies, int count)
         { this->integrateTransformsInternal(bodies, count, timeStep); };
         // Bullet's function applies the restitution after the loop.
@@ -304,6 +332,8 @@ public:
 protected:
     void updateActivationState(btScalar timeStep) override
     {
+        if (this->stepParts().areFew)
+            return Next::updateActivationState(timeStep);
         if (!this->stepParts().bodies.updateActivation(this->m_nonStaticRigidBodies, timeStep))
             Next::updateActivationState(timeStep);
     }

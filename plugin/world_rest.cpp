@@ -130,7 +130,7 @@ bool WorldRest::isKnown() const
 
 bool WorldRest::serves(const btCollisionWorld& world)
 {
-    return static_cast<std::size_t>(world.getNumCollisionObjects()) >= 2 * WorldBoxes::kGrain;
+    return world.getNumCollisionObjects() >= WorldBoxes::kLeastObjects;
 }
 
 void WorldRest::forget()

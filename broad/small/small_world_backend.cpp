@@ -102,31 +102,54 @@ void SmallWorldBackend::updateAll(const ProxyView& view)
         updateRow(view, row, row / 64);
 }
 
-/// Tests the changed boxes of a few one by one, where they are: to copy them into the arrays would take longer.
+namespace
+{
+/// Some boxes in registers' order; the limits of an invalid one are NaN, so that it overlaps none.
+struct FewBoxes
+{
+    void add(std::uint32_t row, const Aabb& box) noexcept
+    {
+        constexpr float kNothing = std::numeric_limits<float>::quiet_NaN();
+        const Float4 low = minimaOf(box), high = maximaOf(box);
+        minima[row] = isTrueInAll(low <= high) ? low : Float4{kNothing, kNothing, kNothing, kNothing};
+        maxima[row] = high;
+    }
+    /// Bit i: whether a box overlaps row i, for the rows from `first` to before `end`.
+    std::uint64_t overlapsOf(std::uint32_t row, std::uint32_t first, std::uint32_t end) const noexcept
+    {
+        const Float4 low = minima[row], high = maxima[row];
+        std::uint64_t found = 0;
+        for (std::uint32_t other = first; other < end; ++other)
+        {
+            const bool overlaps = isTrueInAll((low <= maxima[other]) & (minima[other] <= high));
+            found |= std::uint64_t{overlaps} << other;
+        }
+        return found;
+    }
+
+    // Not initialised: most worlds fill a part.
+    Float4 minima[SmallWorldBackend::kFewRows], maxima[SmallWorldBackend::kFewRows];
+};
+}  // namespace
+
+/// Tests the changed boxes of a few one by one: to keep them in the arrays would take longer.
 void SmallWorldBackend::updateFew(const ProxyView& view)
 {
     m_isStale = true;
+    FewBoxes boxes;
+    for (std::uint32_t row = 0; row < view.size; ++row)
+        boxes.add(row, view.boxes[row]);
     // As updateAll() does, or as updateChanged().
     const bool testsAll = 2 * view.dirtyCount > view.size;
-    const std::uint32_t count = testsAll ? view.size : view.dirtyCount;
+    const std::uint32_t count = testsAll ? view.size - 1 : view.dirtyCount;
     for (std::uint32_t i = 0; i < count; ++i)
     {
         const std::uint32_t row = testsAll ? i : view.dirty[i];
-        const Aabb& box = view.boxes[row];
         const std::uint32_t first = testsAll ? row + 1 : 0;
-        if (first == view.size)
-            return;
-        std::uint64_t found = 0;
-        for (std::uint32_t other = first; other < view.size; ++other)
-        {
-            const Aabb& otherBox = view.boxes[other];
-            const std::uint64_t isFound = overlapsBranchless(box, otherBox) ? 1 : 0;
-            found |= (isValidBranchless(otherBox) ? isFound : 0) << other;
-        }
         const std::uint64_t own = std::uint64_t{1} << row;
         const std::uint64_t before = (std::uint64_t{1} << first) - 1;
         const std::uint64_t held = *heldOf(row) & ~before;
-        examineAll(view, row, 0, ((isValid(box) ? found : 0) ^ held) & ~own);
+        examineAll(view, row, 0, (boxes.overlapsOf(row, first, view.size) ^ held) & ~own);
         m_stats.candidates += view.size - first;
     }
 }

@@ -23,6 +23,9 @@ namespace cullet
 class SmallWorldBackend final : public Backend
 {
 public:
+    /// Up to so many rows, boxes are tested one by one. At most 64.
+    static constexpr std::uint32_t kFewRows = 16;
+
     /// @param baseline use no instructions beyond the x86-64 baseline
     explicit SmallWorldBackend(bool baseline)
         : m_kernels(chooseOverlapKernels(baseline)), m_pairKernels(chooseColumnKernels(baseline))
@@ -61,9 +64,6 @@ private:
     }
     void change(const ProxyView& view, RowPair pair);
     void flip(std::uint32_t row, std::uint32_t other);
-
-    /// Up to so many rows, boxes are tested one by one. At most 64.
-    static constexpr std::uint32_t kFewRows = 16;
 
     const OverlapKernels& m_kernels;
     const ColumnKernels& m_pairKernels;

@@ -161,6 +161,7 @@ private:
     Counters m_counters;
     std::unique_ptr<BodyMotions> m_motions;
     std::uint64_t m_pass = 0;
+    std::uint64_t m_lastPass = 0, m_endOfPasses = 0;  ///< pass numbers that are left: those between
     std::atomic<std::uint64_t> m_leftTotal{0};
     const btConvexConvexAlgorithm::CreateFunc* m_stock;
     btGjkEpaPenetrationDepthSolver m_depthSolver;

@@ -62,6 +62,12 @@ public:
     }
     std::uint64_t trackingTotal() const { return m_trackingTotal; }
 
+    /// Whether the pairs of an array are those of the last count, so that none need be counted.
+    bool areClassified(const btBroadphasePair* pairs, std::size_t count) const
+    {
+        return !m_hasChanges && !m_isListStale && m_entries.size() == count &&
+               firstUnclassified(pairs, 0, count) == count;
+    }
     /// Begins a count in an array of so many pairs. @return false if out of memory
     bool tryReserve(std::size_t pairs) noexcept
     try

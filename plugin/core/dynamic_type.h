@@ -27,6 +27,15 @@ bool isExactly(const Base& object) noexcept
     return type == &typeid(T) || (type != nullptr && *type == typeid(T));
 }
 
+/// As isExactly() for any of several classes. Their addresses are compared first, since a comparison of two names costs
+/// more than all of these.
+template <class... Ts, class Base>
+bool isExactlyAnyOf(const Base& object) noexcept
+{
+    const std::type_info* const type = dynamicType(object);
+    return ((type == &typeid(Ts)) || ...) || (type != nullptr && ((*type == typeid(Ts)) || ...));
+}
+
 /// dynamic_cast of a pointer, which may be null. Null also if the object's class was compiled without RTTI.
 ///
 /// @tparam To the target type without the pointer; const if From is

@@ -239,6 +239,9 @@ public:
     /// Whether array, hash and lists are consistent; for tests and debugging. Not from within callbacks. O(pairs).
     bool isConsistent() const;
 
+    /// Whether the ghost callback of a pair that leaves is running: the array still has the pair, maybe without bodies.
+    bool hasDetachedPairs() const { return m_detachedCount != 0; }
+
 private:
     /// Keeps the index of one pair of the array while callbacks may move or remove it.
     class Cursor;

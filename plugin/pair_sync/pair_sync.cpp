@@ -9,6 +9,7 @@
 #include "cullet/plugin/pair_sync/backend_choice.h"
 
 #include <algorithm>
+#include <cstring>
 #include <new>
 #include <string>
 #include <utility>
@@ -37,6 +38,7 @@ void PairSync::useBackend(std::unique_ptr<Backend> backend)
 {
     m_backend = std::move(backend);
     m_rowSource = dynamicCast<const RowSource>(m_backend.get());
+    m_isGrid = std::strcmp(m_backend->name(), "grid") == 0;
 }
 
 void PairSync::setBackend(std::unique_ptr<Backend> backend)
@@ -55,6 +57,16 @@ void PairSync::update(float margin, const QueryIndex& index, btDispatcher* dispa
     detectExternalChanges();
     if (m_filter == nullptr)
         m_store.refreshSomeFilters();
+    if (isQuiet(margin))
+        return;
+    m_quietBoxes.release(m_store.table(), m_state.needsRestart());
+    updateByBackend(margin, index, dispatcher);
+    if (!m_hadChanges && hasOnlyHeldPairs() && m_quietBoxes.isWorthMeasuring(m_store.table().size()))
+        measureRooms(margin);
+}
+
+void PairSync::updateByBackend(float margin, const QueryIndex& index, btDispatcher* dispatcher)
+{
     ProxyView view = m_store.table().beginUpdate(margin, m_filter == nullptr);
     const bool hasCoarseChanges = CoarseBoxes::haveChanged(view);
     if (hasCoarseChanges && m_coarseBoxes.tryRecentre(m_updatesTotal))
@@ -500,6 +512,11 @@ void PairSync::addTo(BroadphaseStats& stats) const
                    (m_due.capacity() + m_partners.capacity()) * sizeof(std::uint32_t);
     stats.backendName = m_backend->name();
     stats.backend = m_backend->stats();
+    if (m_quietBoxes.isQuiet())
+    {
+        stats.backend.path = "quiet";
+        stats.backend.candidates = 0;
+    }
     if (m_allowedPairs == nullptr)
         return;
     const std::uint64_t backendBytes = stats.backend.bytes;

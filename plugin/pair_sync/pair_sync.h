@@ -11,6 +11,7 @@
 #include "cullet/plugin/pair_sync/deferred_pairs.h"
 #include "cullet/plugin/pair_sync/pair_cache_adapter.h"
 #include "cullet/plugin/pair_sync/pair_map.h"
+#include "cullet/plugin/pair_sync/quiet_boxes.h"
 #include "cullet/plugin/pair_sync/sync_state.h"
 #include "cullet/plugin/proxies/proxy_store.h"
 
@@ -82,7 +83,11 @@ private:
     void deferSeparated(float margin);
     void applyRemoved(float margin, btDispatcher* dispatcher);
     void applyAdded(float margin);
+    void updateByBackend(float margin, const QueryIndex& index, btDispatcher* dispatcher);
     bool hasPairsToApply() const;
+    bool hasOnlyHeldPairs() const;
+    bool isQuiet(float margin);
+    void measureRooms(float margin);
     void applyChanges(const ProxyView& view, const SyncState& before, bool hasCoarseChanges,
                       const QueryIndex& index, btDispatcher* dispatcher);
     void trimMemory();
@@ -119,6 +124,8 @@ private:
     std::unique_ptr<AllowedPairs> m_allowedPairs;  // not null: in the place of the backend, which has no rows
     DeferredPairs m_deferredPairs;
     PairMap m_speculativePairs;
+    QuietBoxes m_quietBoxes;
+    bool m_isGrid = false;  ///< the backend is cullet's grid, which nobody expects to see each update
 
     PairDelta m_delta;
     Pairs m_toReevaluate;                   // deferred pairs to re-evaluate

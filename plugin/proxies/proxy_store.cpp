@@ -132,17 +132,28 @@ void ProxyStore::setInvalidBox(std::uint32_t row) noexcept
 void ProxyStore::refreshSomeFilters() noexcept
 {
     const std::uint32_t size = m_table.size();
+    if (size <= kLeastFilterRows)
+    {
+        for (std::uint32_t row = 0; row < size; ++row)
+            refreshFilterAt(row);
+        return;
+    }
     const std::uint32_t count = std::min({size, kMostFilterRows, std::max(size / 4 + 1, kLeastFilterRows)});
     for (std::uint32_t i = 0; i < count; ++i)
     {
         if (m_nextFilterRow >= size)
             m_nextFilterRow = 0;
-        // The proxy is read first, and nearly always nothing else has to be.
-        Proxy* const proxy = m_pool.at(m_nextFilterRow);
-        if (!proxy->hasKnownFilter() && isValid(m_table.box(m_nextFilterRow)))
-            refreshFilter(proxy);
+        refreshFilterAt(m_nextFilterRow);
         ++m_nextFilterRow;
     }
+}
+
+/// The proxy is read first, and nearly always nothing else has to be.
+inline void ProxyStore::refreshFilterAt(std::uint32_t row) noexcept
+{
+    Proxy* const proxy = m_pool.at(row);
+    if (!proxy->hasKnownFilter() && isValid(m_table.box(row)))
+        refreshFilter(proxy);
 }
 
 void ProxyStore::endUpdate() noexcept

@@ -50,7 +50,8 @@ public:
     LossRun(const LossCase& lossCase, const LossOptions& options) : m_case(lossCase), m_options(options)
     {
         const double scaled = std::round(lossCase.bodies * options.scale);
-        m_bodies = std::max(std::min(lossCase.bodies, 2u), static_cast<std::uint32_t>(scaled));
+        m_bodies =
+            std::max(std::min(lossCase.bodies, lossCase.leastBodies), static_cast<std::uint32_t>(scaled));
         for (const std::string& name : lossCase.sides)
         {
             Contestant contestant;

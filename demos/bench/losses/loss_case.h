@@ -61,7 +61,8 @@ struct LossCase
     /// The first is cullet, the second is what it replaces.
     std::vector<std::string> sides;
     std::unique_ptr<LossSide> (*make)(const LossSetup&);
-    bool needsDouble = false;  ///< the case does not exist in single precision
+    bool needsDouble = false;       ///< the case does not exist in single precision
+    std::uint32_t leastBodies = 2;  ///< however few are asked for, unless the case has fewer
 };
 
 /// Every case, in reading order.

@@ -3,21 +3,24 @@
 #include "cullet/demos/bench/losses/box_losses.h"
 #include "cullet/demos/bench/losses/loss_case.h"
 #include "cullet/demos/bench/losses/query_losses.h"
+#include "cullet/demos/bench/losses/tiny_steps.h"
 #include "cullet/demos/bench/losses/world_losses.h"
 
 namespace cullet
 {
 inline namespace CULLET_PRECISION
 {
-const std::vector<LossCase>& lossCases()
+namespace
+{
+std::vector<LossCase> listedCases()
 {
     constexpr LossMeasure kTime = LossMeasure::Time, kMemory = LossMeasure::Memory;
-    static const std::vector<std::string> broad = {"cullet", "dbvt", "dbvt-deferred"};
+    const std::vector<std::string> broad = {"cullet", "dbvt", "dbvt-deferred"};
     // Deferred, DBVT finds the pairs of a ghost that moves at the end of a step in the next one.
-    static const std::vector<std::string> immediate = {"cullet", "dbvt"};
-    static const std::vector<std::string> narrow = {"cullet", "bullet"};
-    static const std::vector<std::string> whole = {"cullet", "broadphase"};
-    static const std::vector<LossCase> cases = {
+    const std::vector<std::string> immediate = {"cullet", "dbvt"};
+    const std::vector<std::string> narrow = {"cullet", "bullet"};
+    const std::vector<std::string> whole = {"cullet", "broadphase"};
+    return {
         {"ghosts", "two of three bodies move among ghosts at rest: setAabb and pairs", 30000, kTime, 1, broad,
          makeGhostsLoss},
         {"crowd", "characters with ghosts: broad phase of a step", 400, kTime, 1, immediate, makeCrowdLoss},
@@ -81,6 +84,17 @@ const std::vector<LossCase>& lossCases()
         {"cloth-hulls", "cloths on hulls: step", 4, kTime, 1.05, narrow, makeClothsOnHullsLoss},
         {"cloth-mesh", "cloths on a mesh: step", 4, kTime, 1.05, narrow, makeClothsOnMeshLoss},
     };
+}
+}  // namespace
+
+const std::vector<LossCase>& lossCases()
+{
+    static const std::vector<LossCase> cases = []
+    {
+        std::vector<LossCase> all = listedCases();
+        addTinySteps(all);
+        return all;
+    }();
     return cases;
 }
 }  // namespace CULLET_PRECISION
