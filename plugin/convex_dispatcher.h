@@ -36,7 +36,9 @@ struct DispatcherOptions
 /// and computes the contacts of the others, both on several threads.
 ///
 /// A pair is left out only if its dispatch would change nothing: its algorithm is an IsaGjkAlgorithm without contacts,
-/// its shapes were too far apart in the last step, or the pair is new, and they are too far apart now.
+/// its shapes were too far apart in the last step, or the pair is new, and they are too far apart now. So is a pair with a
+/// compound, of Bullet's shapes without triangles, that had no contacts in the last step and has not changed since: neither
+/// poses nor shapes nor children.
 ///
 /// The others take part in one pass in the order of Bullet, which creates algorithms and manifolds. Contacts of ISA-GJK, of
 /// boxes, spheres, capsules and planes, of all these on Bullet's meshes and height fields, and of compounds of all these,

@@ -3,9 +3,11 @@
 #include "cullet/plugin/near_pass.h"
 
 #include "cullet/base/threads/parallel_loops.h"
+#include "cullet/plugin/compound/compound_algorithm.h"
 #include "cullet/plugin/convex/isa_gjk_algorithm.h"
 #include "cullet/plugin/convex/serial_reason.h"
 #include "cullet/plugin/core/dynamic_type.h"
+#include "cullet/plugin/core/mix_bits.h"
 #include "cullet/plugin/pair_cache/pair_cache.h"
 #include "cullet/plugin/step/prefetch_step.h"
 
@@ -215,11 +217,37 @@ PairKind Dispatcher::NearPass::kindOf(btCollisionAlgorithm& algorithm, const btC
     if (pair.m_algorithm == nullptr)
         return;
     const ContactJob job = {pair.m_algorithm, &a, &b};
+    if (m_compounds.kindOf(*pair.m_algorithm, IsaGjkRegistration::isOfCompound) && isAtRest(job))
+    {
+        ++m_dispatcher.m_idlePairs;
+        return;
+    }
     ++m_near;
     if (m_reason == SerialReason::None)
         deferOrRun(job);
     else
         job.run(m_info);
+}
+
+/// Whether nothing of a pair with a compound has changed since a call that found no contacts. If it has not moved since the
+/// last dispatch, but it is unknown whether it has contacts, its next call finds that out.
+[[gnu::noinline]] bool Dispatcher::NearPass::isAtRest(const ContactJob& job)
+{
+    CompoundRest& rest = static_cast<CompoundAlgorithm*>(job.algorithm)->rest();
+    if (!rest.isUnmoved(job.a->getWorldTransform(), job.b->getWorldTransform()) || hasCallbackOfChildren())
+        return false;
+    if (!m_contents)
+        m_contents.emplace();
+    const std::uint64_t ofA = m_contents->hashOf(*job.a->getCollisionShape()),
+                        ofB = m_contents->hashOf(*job.b->getCollisionShape());
+    if (ofA == 0 || ofB == 0)
+        return false;
+    const std::uint64_t shapes = mixBits(mixBits(ofA, ofB), std::uint64_t(m_info.m_enableSatConvex ? 1 : 0));
+    if (rest.isApart(shapes))
+        return true;
+    if (!rest.isTouching(shapes) && kindOf(*job.algorithm, *job.a, *job.b) == PairKind::Compound)
+        rest.examine(shapes);
+    return false;
 }
 
 void Dispatcher::NearPass::deferOrRun(const ContactJob& job)

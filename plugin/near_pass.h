@@ -6,6 +6,7 @@
 #include "cullet/plugin/convex/pair_kind.h"
 #include "cullet/plugin/convex_dispatcher.h"
 #include "cullet/plugin/core/class_memo.h"
+#include "cullet/plugin/shapes/shape_contents.h"
 
 #include <BulletCollision/BroadphaseCollision/btOverlappingPairCache.h>
 
@@ -64,6 +65,7 @@ private:
     void takeBulletsPath(btBroadphasePair& pair);
     void makeAlgorithm(btBroadphasePair& pair, btCollisionObject& a, btCollisionObject& b);
     void collide(btBroadphasePair& pair, btCollisionObject& a, btCollisionObject& b);
+    bool isAtRest(const ContactJob& job);
     void deferOrRun(const ContactJob& job);
     bool defer(const ContactJob& job, PairKind kind);
     void runUnknown(const ContactJob& job);
@@ -77,8 +79,11 @@ private:
     ContactJobs& m_jobs;
     std::optional<PairKinds> m_kinds;  ///< none before the first pair whose kind is asked
     ClassMemo<bool> m_bodies;          ///< whether the class is Bullet's
-    bool m_isInLine;                   ///< Bullet's near callback, without the call
-    bool m_findsForeign;               ///< some pairs may be found not to be foreign
+    ClassMemo<bool>
+        m_compounds;  ///< whether the class of an algorithm is CompoundAlgorithm, or derived from it
+    std::optional<ContentsMemo> m_contents;  ///< exists once a compound has not moved
+    bool m_isInLine;                         ///< Bullet's near callback, without the call
+    bool m_findsForeign;                     ///< some pairs may be found not to be foreign
     SerialReason m_reason;
     std::uint64_t m_near = 0;  ///< pairs whose contacts are computed
 };

@@ -120,7 +120,7 @@ room(plugin/shapes MAY base broad narrow/math narrow/hull narrow/build narrow/gj
 room(plugin/contact MAY base narrow/math narrow/box narrow/hull plugin/core plugin/shapes)
 room(plugin/convex MAY base base/threads broad mid narrow/math narrow/box narrow/hull narrow/gjk narrow/epa plugin/core plugin/shapes plugin/contact)
 room(plugin/compound MAY narrow/box plugin/core plugin/convex plugin/mesh)
-room(plugin/mesh MAY mid narrow/math narrow/hull narrow/gjk plugin/core plugin/shapes plugin/contact plugin/convex plugin/queries)
+room(plugin/mesh MAY base mid narrow/math narrow/hull narrow/gjk plugin/core plugin/shapes plugin/contact plugin/convex plugin/queries)
 room(plugin/queries MAY base base/threads mid plugin/core)
 room(plugin/step MAY broad plugin/core)
 room(plugin/solver MAY base base/threads plugin/core plugin/step)

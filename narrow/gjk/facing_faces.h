@@ -4,6 +4,7 @@
 
 #include "cullet/narrow/gjk/vertex_pairs.h"
 #include "cullet/narrow/hull/posed_hull.h"
+#include "cullet/narrow/math/lanes.h"
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
@@ -12,6 +13,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <limits>
 
 namespace cullet
@@ -55,11 +57,22 @@ public:
     const VertexPairs& pairs() const { return m_pairs; }
 
 private:
+    static std::size_t at(std::int32_t i) { return static_cast<std::size_t>(i); }
+
     using Vector = Eigen::Vector3d;
     using Matrix = Eigen::Matrix3d;
     using Numbers = std::array<double, kMostCorners>;
+    using Lane = Lanes<double>::Vector;
 
-    static std::size_t at(std::int32_t i) { return static_cast<std::size_t>(i); }
+    static constexpr std::int32_t kLanes = Lanes<double>::kWidth;
+    static_assert(kMostCorners % kLanes == 0, "the last lanes are within the arrays");
+
+    static Lane load(const Numbers& numbers, std::int32_t from)
+    {
+        Lane lanes;
+        std::memcpy(&lanes, &numbers[at(from)], sizeof(lanes));
+        return lanes;
+    }
 
     /// Two tangents of a unit vector and the vector itself, as rows (Duff et al. 2017, "Building an Orthonormal Basis,
     /// Revisited").
@@ -106,6 +119,13 @@ private:
                 y[at(count)] = point[1];
                 z[at(count++)] = point[2];
             }
+            // Lanes beyond the last corner repeat the first.
+            for (std::int32_t i = count; i % kLanes != 0; ++i)
+            {
+                x[at(i)] = x[0];
+                y[at(i)] = y[0];
+                z[at(i)] = z[0];
+            }
             findPlane();
         }
 
@@ -148,12 +168,14 @@ private:
                 const double x = base.x[at(k)], y = base.y[at(k)],
                              alongX = base.turn * (y - base.y[at(base.next(k))]),
                              alongY = base.turn * (base.x[at(base.next(k))] - x);
-                Numbers& values = inside[at(k)];
-                for (std::int32_t i = 0; i < face.count; ++i)
-                    values[at(i)] = alongX * (face.x[at(i)] - x) + alongY * (face.y[at(i)] - y);
                 std::uint32_t corners = 0;
-                for (std::int32_t i = 0; i < face.count; ++i)
-                    corners |= std::uint32_t(values[at(i)] > 0.0) << i;
+                for (std::int32_t i = 0; i < face.count; i += kLanes)
+                {
+                    const Lane values = alongX * (load(face.x, i) - x) + alongY * (load(face.y, i) - y);
+                    std::memcpy(&inside[at(k)][at(i)], &values, sizeof(values));
+                    corners |= laneBits(values > Lane{}) << i;
+                }
+                corners &= (std::uint32_t(1) << face.count) - 1;
                 isInside[at(k)] = corners;
                 all &= corners;
             }

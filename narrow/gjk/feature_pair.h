@@ -374,31 +374,81 @@ private:
     /// @return false if the corners are not in one plane
     static bool findPlane(const Side& side, const Corners& corners, Plane& plane)
     {
+        return findPlane(
+            side, corners, [&](std::int32_t i) { return side.point(corners[i]); }, plane);
+    }
+
+    /// @param corner gives the place of one of the corners
+    template <class Corner>
+    static bool findPlane(const Side& side, const Corners& corners, const Corner& corner, Plane& plane)
+    {
         const std::int32_t count = corners.size(), first = Side::firstOf(corners);
         const double size = double(side.shape.size());
-        plane.first = side.point(corners[first]);
-        const Vector across = (side.point(corners[(first + count / 3) % count]) - plane.first)
-                                  .cross(side.point(corners[(first + 2 * count / 3) % count]) - plane.first);
+        plane.first = corner(first);
+        const Vector across = (corner((first + count / 3) % count) - plane.first)
+                                  .cross(corner((first + 2 * count / 3) % count) - plane.first);
         const double length = std::sqrt(across.squaredNorm());
         if (!(length > kParallel2 * size * size))
             return false;
         plane.ccwNormal = across * (1.0 / length);
         for (std::int32_t i = 1; count > 3 && i < count; ++i)
         {
-            if (!(std::abs(plane.ccwNormal.dot(side.point(corners[i]) - plane.first)) <= kPlane * size))
+            if (!(std::abs(plane.ccwNormal.dot(corner(i) - plane.first)) <= kPlane * size))
                 return false;
         }
         return true;
+    }
+
+    /// A face of a hull with a graph, which several tests read.
+    struct KnownFace
+    {
+        static constexpr std::int32_t kMostCorners = 16;
+
+        const std::int32_t* corners = nullptr;  ///< of the hull; null: none
+        std::array<Vector, kMostCorners> points;
+        Plane plane;
+        bool isFlat;
+    };
+
+    /// findPlane() for a face of levelFace().
+    bool findPlaneOnce(const Side& side, const Corners& corners, Plane& plane)
+    {
+        if (corners.size() > KnownFace::kMostCorners)
+            return findPlane(side, corners, plane);
+        KnownFace& known = m_known[&side == &m_b ? 1 : 0];
+        if (known.corners != corners.begin())
+        {
+            known.corners = corners.begin();
+            for (std::int32_t i = 0; i < corners.size(); ++i)
+                known.points[at(i)] = side.point(corners[i]);
+            known.isFlat = findPlane(
+                side, corners, [&](std::int32_t i) -> const Vector& { return known.points[at(i)]; },
+                known.plane);
+        }
+        plane = known.plane;
+        return known.isFlat;
     }
 
     /// Whether a point is strictly over or under a face, by a part of the size.
     bool isInside(const Side& side, const Corners& corners, const Vector& ccwNormal, const Vector& point,
                   double part) const
     {
-        Vector last = side.point(corners[corners.size() - 1]);
-        for (const std::int32_t corner : corners)
+        const KnownFace& known = m_known[&side == &m_b ? 1 : 0];
+        return known.corners == corners.begin()
+                   ? isInside(corners.size(), ccwNormal, point, part,
+                              [&](std::int32_t i) -> const Vector& { return known.points[at(i)]; })
+                   : isInside(corners.size(), ccwNormal, point, part,
+                              [&](std::int32_t i) { return side.point(corners[i]); });
+    }
+
+    template <class Corner>
+    bool isInside(std::int32_t count, const Vector& ccwNormal, const Vector& point, double part,
+                  const Corner& corner) const
+    {
+        Vector last = corner(count - 1);
+        for (std::int32_t i = 0; i < count; ++i)
         {
-            const Vector next = side.point(corner), edge = next - last;
+            const Vector next = corner(i), edge = next - last;
             // A NaN makes the comparison false.
             if (!(ccwNormal.dot(edge.cross(point - last)) > part * m_size * edge.cwiseAbs().sum()))
                 return false;
@@ -436,12 +486,12 @@ private:
         bool isFound() const { return lowest >= 0; }
     };
 
-    NearFace nearFace(bool isOfA, std::int32_t vertex) const
+    NearFace nearFace(bool isOfA, std::int32_t vertex)
     {
         const Side &side = isOfA ? m_a : m_b, &other = isOfA ? m_b : m_a;
         NearFace face = {isOfA};
         face.corners = levelFace(side, vertex, isOfA ? Vector(-m_about) : m_about);
-        if (face.corners.size() < 3 || !other.isScanned() || !findPlane(side, face.corners, face.plane))
+        if (face.corners.size() < 3 || !other.isScanned() || !findPlaneOnce(side, face.corners, face.plane))
             return face;
         const bool isDownward = (face.plane.ccwNormal.dot(m_about) < 0.0) != isOfA;
         face.lowest = other.scanSupport(isDownward ? face.plane.ccwNormal : Vector(-face.plane.ccwNormal));
@@ -493,7 +543,7 @@ private:
         Plane plane;
         if (corners.size() < 3)
             return false;
-        if (!findPlane(side, corners, plane))
+        if (!findPlaneOnce(side, corners, plane))
             return !m_isDeep && corners.size() > 3 && solveBentFace(side, corners, other, otherVertex, isOfA);
         const Vector offset = isOfA ? m_offset : Vector(-m_offset);
         const Corners above = levelFace(other, otherVertex, isOfA ? m_about : Vector(-m_about));
@@ -630,8 +680,9 @@ private:
         if (isCloud(side))
             return allOfHighNeighbours(side, local, {corners[0], corners[1], corners[2]},
                                        isBehind.longestFall(), isFarBehind);
-        // A flat hull has no other points.
-        if (!side.hull().hasNeighbours())
+        // A flat hull has no other points. Of few points it costs less to compare all.
+        if (!side.hull().hasNeighbours() ||
+            (side.isScanned() && side.countAbove(local, most) == corners.size()))
             return true;
         std::int32_t last = corners[corners.size() - 1];
         for (std::int32_t k = 0; k < corners.size(); ++k)
@@ -661,7 +712,7 @@ private:
             return allOfNeighbours<S>(
                 side.hull(), except[0], local, 0.0, fall,
                 [&](std::int32_t other)
-                { return std::find(except.begin(), except.end(), other) != except.end() || visit(other); });
+                { return other == except[0] || other == except[1] || other == except[2] || visit(other); });
         // Most points are farther behind than rounding and the fall.
         const double sure =
             32.0 * double(std::numeric_limits<S>::epsilon()) * side.hull().radius() * local.cwiseAbs().sum() +
@@ -674,6 +725,7 @@ private:
     Vector m_offset;
     double m_size;
     bool m_isDeep = false;
+    std::array<KnownFace, 2> m_known;  ///< of each hull
     VertexPairs m_pairs;
     Vector m_about, m_normal, m_onB;
     double m_distance = 0.0;

@@ -7,7 +7,9 @@
 #include <Eigen/Core>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <limits>
 
@@ -30,7 +32,7 @@ struct FeatureSide
             return double(shape.size());
         return std::sqrt(std::max(point(1).squaredNorm(), point(2).squaredNorm()));
     }
-    Eigen::Vector3d point(std::int32_t vertex) const
+    [[gnu::always_inline]] Eigen::Vector3d point(std::int32_t vertex) const
     {
         const S* const v = hull().lanes(vertex);
         return basis.col(0) * double(v[0]) + basis.col(1) * double(v[1]) + basis.col(2) * double(v[2]);
@@ -49,23 +51,28 @@ struct FeatureSide
         const S* const v = hull().lanes(vertex);
         return {double(v[0]), double(v[1]), double(v[2])};
     }
-    /// Whether scanSupport() may be called: the hull has few vertices.
+    /// Whether all vertices may be compared: the hull has few.
     bool isScanned() const { return hull().vertexCount() <= kMostScanned; }
-    /// The vertex that is farthest along a direction, compared in double; the first of several.
+    /// The vertex that is farthest along a direction, compared in double; the first of several. @pre isScanned()
     std::int32_t scanSupport(const Eigen::Vector3d& direction) const
     {
-        const Eigen::Vector3d local = basis.transpose() * direction;
-        const S *const x = hull().x(), *const y = hull().y(), *const z = hull().z();
+        Heights heights;
+        measure(basis.transpose() * direction, heights);
         const std::int32_t count = hull().vertexCount();
         std::int32_t best = 0;
-        double highest = -std::numeric_limits<double>::infinity();
-        for (std::int32_t i = 0; i < count; ++i)
-        {
-            const double height = local[0] * double(x[i]) + local[1] * double(y[i]) + local[2] * double(z[i]);
-            best = height > highest ? i : best;
-            highest = std::max(height, highest);
-        }
+        for (std::int32_t i = 1; i < count; ++i)
+            best = heights[std::size_t(i)] > heights[std::size_t(best)] ? i : best;
         return best;
+    }
+    /// The number of vertices that are at least so high along a direction in the axes of the hull. @pre isScanned()
+    std::int32_t countAbove(const Eigen::Vector3d& local, double height) const
+    {
+        Heights heights;
+        measure(local, heights);
+        std::int32_t count = 0;
+        for (std::int32_t i = 0; i < hull().vertexCount(); ++i)
+            count += heights[std::size_t(i)] >= height ? 1 : 0;
+        return count;
     }
     /// A height larger than the rounding of a direction and of products in the hull's scalar, and than that of a slope
     /// from any vertex to any other.
@@ -73,6 +80,21 @@ struct FeatureSide
     {
         const S rounding = shape.tieBand() + S(8) * std::numeric_limits<S>::epsilon() * shape.size();
         return std::max(rounding, static_cast<S>(2.0 * slope) * shape.size());
+    }
+
+private:
+    using Heights = std::array<double, kMostScanned>;
+
+    /// In a loop of its own, which compilers compute several vertices at a time.
+    void measure(const Eigen::Vector3d& local, Heights& heights) const
+    {
+        const double alongX = local[0], alongY = local[1], alongZ = local[2];
+        const S *const x = hull().x(), *const y = hull().y(), *const z = hull().z();
+        const auto count = std::size_t(hull().vertexCount());
+        // Compilers cannot prove that a hull has a vertex.
+        heights[0] = 0.0;
+        for (std::size_t i = 0; i < count; ++i)
+            heights[i] = alongX * double(x[i]) + alongY * double(y[i]) + alongZ * double(z[i]);
     }
 };
 

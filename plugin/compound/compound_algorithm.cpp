@@ -349,34 +349,54 @@ void CompoundAlgorithm::destroyFarChildren(Children& children, const Pass& pass,
 void CompoundAlgorithm::processCollision(const btCollisionObjectWrapper* a, const btCollisionObjectWrapper* b,
                                          const btDispatcherInfo& info, btManifoldResult* result)
 {
-    const btCollisionObjectWrapper &compound = m_isSwapped ? *b : *a, &other = m_isSwapped ? *a : *b;
+    CompoundRest::Call call(m_rest);
+    process(*a, *b, info, *result);
+    call.end([this] { return hasContacts(); });
+}
+
+void CompoundAlgorithm::process(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b,
+                                const btDispatcherInfo& info, btManifoldResult& result)
+{
+    const btCollisionObjectWrapper &compound = m_isSwapped ? b : a, &other = m_isSwapped ? a : b;
     // The body's shape may have been exchanged.
     if (!compound.getCollisionShape()->isCompound())
         return clearChildren();
-    updateChildren(*a, *b);
-    const bool isStep = result->m_closestPointDistanceThreshold == 0 && isExactly<btManifoldResult>(*result);
+    updateChildren(a, b);
+    const bool isStep = result.m_closestPointDistanceThreshold == 0 && isExactly<btManifoldResult>(result);
     Children* const own = isStep ? children(compound, other) : nullptr;
     if (own == nullptr)
     {
         m_children.reset();
-        return btCompoundCollisionAlgorithm::processCollision(a, b, info, result);
+        return btCompoundCollisionAlgorithm::processCollision(&a, &b, info, &result);
     }
     if (m_childCollisionAlgorithms.size() == 0)
         return;
-    refreshFirst(*own, *result);
-    Pass pass(*this, *own, compound, other, info, *result);
+    refreshFirst(*own, result);
+    Pass pass(*this, *own, compound, other, info, result);
     pass.run();
-    destroyFarChildren(*own, pass, *result);
+    destroyFarChildren(*own, pass, result);
+}
+
+bool CompoundAlgorithm::hasContacts()
+{
+    btManifoldArray manifolds;
+    getAllContactManifolds(manifolds);
+    bool hasAny = false;
+    for (int i = 0; i < manifolds.size(); ++i)
+        hasAny |= manifolds[i]->getNumContacts() > 0;
+    return hasAny;
 }
 
 void CompoundAlgorithm::getAllContactManifolds(btManifoldArray& manifolds)
 {
+    // Bullet's importer calls this to put saved points into manifolds.
+    m_rest.forget();
     if (m_children == nullptr)
         return btCompoundCollisionAlgorithm::getAllContactManifolds(manifolds);
     for (int i = 0; i < m_children->live.size(); ++i)
     {
         const int index = m_children->live[i];
-        // Bullet's importer calls this to put saved points into the manifold, which the next step must refresh.
+        // The next step must refresh points that are put into the manifold.
         m_children->states[index].mayTouch = true;
         m_childCollisionAlgorithms[index]->getAllContactManifolds(manifolds);
     }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "cullet/plugin/compound/child_state.h"
+#include "cullet/plugin/compound/compound_rest.h"
 
 #include <BulletCollision/CollisionDispatch/btCompoundCollisionAlgorithm.h>
 
@@ -35,13 +36,21 @@ public:
                           const btDispatcherInfo& info, btManifoldResult* result) override;
     void getAllContactManifolds(btManifoldArray& manifolds) override;
 
+    /// For the dispatcher of bodies.
+    CompoundRest& rest() { return m_rest; }
+
 protected:
     /// Destroys the algorithms of all children.
     void clearChildren();
+    /// Whether any manifold has a point.
+    bool hasContacts();
 
 private:
     class Pass;
     struct Children;
+
+    void process(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b,
+                 const btDispatcherInfo& info, btManifoldResult& result);
 
     Children* children(const btCollisionObjectWrapper& compound, const btCollisionObjectWrapper& other);
     void updateChildren(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b);
@@ -49,6 +58,7 @@ private:
     void destroyFarChildren(Children& children, const Pass& pass, btManifoldResult& result);
 
     std::unique_ptr<Children> m_children;  ///< null until the first call, or out of memory
+    CompoundRest m_rest;
 };
 
 // Bullet's pool has elements of this size and ignores the requested size.

@@ -277,13 +277,22 @@ void CompoundPairAlgorithm::processCollision(const btCollisionObjectWrapper* a,
         return CompoundAlgorithm::processCollision(a, b, info, result);
     }
     clearChildren();
+    CompoundRest::Call call(rest());
+    process(*a, *b, info, *result);
+    call.end([this] { return hasContacts(); });
+}
+
+/// @pre both are compounds with trees
+void CompoundPairAlgorithm::process(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b,
+                                    const btDispatcherInfo& info, btManifoldResult& result)
+{
     try
     {
-        Pairs& own = pairs(compoundOf(*a), compoundOf(*b));
-        refreshFirst(own, *result);
-        Pass pass(*this, own, *a, *b, info, *result);
+        Pairs& own = pairs(compoundOf(a), compoundOf(b));
+        refreshFirst(own, result);
+        Pass pass(*this, own, a, b, info, result);
         pass.run();
-        destroyFarPairs(own, pass, *result);
+        destroyFarPairs(own, pass, result);
     }
     catch (...)
     {

@@ -29,6 +29,8 @@ private:
     class Pass;
     struct Pairs;
 
+    void process(const btCollisionObjectWrapper& a, const btCollisionObjectWrapper& b,
+                 const btDispatcherInfo& info, btManifoldResult& result);
     void clearPairs();
     Pairs& pairs(const btCompoundShape& a, const btCompoundShape& b);
     void refreshFirst(Pairs& pairs, btManifoldResult& result);

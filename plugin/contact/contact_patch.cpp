@@ -598,7 +598,9 @@ bool isTouchAlone(const PosedShape& a, const PosedShape& b, const Touch& touch, 
 ContactPatch makeContactPatch(const PosedShape& a, const PosedShape& b, const Touch& touch,
                               const PatchLimits& limits, const PatchFans& fans)
 {
-    if (limits.most == 1 || isTouchAlone(a, b, touch, limits.distance))
+    // A sphere's core is a point.
+    const bool isPoint = a.vertexCount() == 1 || b.vertexCount() == 1;
+    if (limits.most == 1 || isPoint || isTouchAlone(a, b, touch, limits.distance))
         return onlyTouch(touch);
     return makeWidePatch(a, b, touch, limits, fans);
 }

@@ -11,6 +11,24 @@ namespace cullet
 {
 inline namespace CULLET_PRECISION
 {
+/// btPersistentManifold::getCacheEntry() without a btManifoldPoint: index of the point to be replaced, or -1.
+inline int placeOf(const btVector3& localA, const btPersistentManifold& manifold)
+{
+    const btScalar threshold = manifold.getContactBreakingThreshold();
+    btScalar shortest = threshold * threshold;
+    int found = -1;
+    for (int i = 0; i < manifold.getNumContacts(); ++i)
+    {
+        const btScalar distance = (manifold.getContactPoint(i).m_localPointA - localA).length2();
+        if (distance < shortest)
+        {
+            shortest = distance;
+            found = i;
+        }
+    }
+    return found;
+}
+
 /// Removes the points of a manifold that a patch does not renew. Bullet would keep them, since its detector finds one
 /// point per query; a patch is complete, and every further point costs solver time.
 ///
@@ -25,7 +43,7 @@ public:
     /// @param onA position of a point of the patch on A, in world space
     void renew(const btVector3& onA)
     {
-        const int found = cacheEntry(m_manifold.getBody0()->getWorldTransform().invXform(onA));
+        const int found = placeOf(m_manifold.getBody0()->getWorldTransform().invXform(onA), m_manifold);
         if (found >= 0)
             m_renewed |= 1u << found;
     }
@@ -56,24 +74,6 @@ public:
     }
 
 private:
-    /// btPersistentManifold::getCacheEntry() without a btManifoldPoint: index of the point to be replaced, or -1.
-    int cacheEntry(const btVector3& localA) const
-    {
-        const btScalar threshold = m_manifold.getContactBreakingThreshold();
-        btScalar shortest = threshold * threshold;
-        int found = -1;
-        for (int i = 0; i < m_manifold.getNumContacts(); ++i)
-        {
-            const btScalar distance = (m_manifold.getContactPoint(i).m_localPointA - localA).length2();
-            if (distance < shortest)
-            {
-                shortest = distance;
-                found = i;
-            }
-        }
-        return found;
-    }
-
     btPersistentManifold& m_manifold;
     unsigned m_renewed = 0;  ///< bit i: point i
     bool m_isFirstStale = false;

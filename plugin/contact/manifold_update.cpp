@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #include "cullet/plugin/contact/manifold_update.h"
 
+#include "cullet/plugin/contact/manifold_renewal.h"
 #include "cullet/plugin/contact/pair_material.h"
 
 #include <BulletCollision/CollisionDispatch/btCollisionObject.h>
@@ -81,6 +82,16 @@ private:
 };
 
 /// Whether the application sees or changes single points.
+/// btPersistentManifold::replaceContactPoint(): all but places, impulses, lifetime and the application's data.
+[[gnu::always_inline]] inline void renew(btManifoldPoint& point, const btManifoldPoint& by)
+{
+    renewPoint(by, point);
+    point.m_partId0 = by.m_partId0;
+    point.m_partId1 = by.m_partId1;
+    point.m_index0 = by.m_index0;
+    point.m_index1 = by.m_index1;
+}
+
 bool needsBullet(const btCollisionObject& a, const btCollisionObject& b)
 {
     constexpr int kFlags =
@@ -276,16 +287,6 @@ private:
         ShapeIds::copy(result, &first != &m_a, point);
     }
 
-    /// btPersistentManifold::replaceContactPoint(): all but impulses, lifetime and the application's data.
-    [[gnu::always_inline]] static void renew(btManifoldPoint& point, const btManifoldPoint& by)
-    {
-        renewPoint(by, point);
-        point.m_partId0 = by.m_partId0;
-        point.m_partId1 = by.m_partId1;
-        point.m_index0 = by.m_index0;
-        point.m_index1 = by.m_index1;
-    }
-
     /// A point that the patch does not renew.
     void refresh(btManifoldPoint& point) const
     {
@@ -337,6 +338,50 @@ bool updateManifold(const BoxContact<btScalar>& contact, const btManifoldResult&
     update.write(result);
     update.removeParted();
     return true;
+}
+
+bool PointUpdate::isPossible(const btManifoldResult& result)
+{
+    return !needsBullet(*result.getBody0Internal(), *result.getBody1Internal());
+}
+
+PointUpdate::PointUpdate(const btManifoldResult& result, btPersistentManifold& manifold)
+    : m_result(result),
+      m_manifold(manifold),
+      m_isSwapped(manifold.getBody0() != result.getBody0Internal()),
+      m_atA(manifold.getBody0()->getWorldTransform()),
+      m_atB(manifold.getBody1()->getWorldTransform()),
+      m_point(btVector3(0, 0, 0), btVector3(0, 0, 0), btVector3(0, 0, 0), 0)
+{
+    setMaterial(*result.getBody0Internal(), *result.getBody1Internal(), m_point);
+}
+
+void PointUpdate::add(const btVector3& normal, const btVector3& onB, btScalar distance)
+{
+    if (distance > m_manifold.getContactBreakingThreshold())
+        return;
+    // A point of the same triangle often has the same normal.
+    if (!(normal == m_point.m_normalWorldOnB))
+        setNormal(normal, m_point);
+    ShapeIds::copy(m_result, m_isSwapped, m_point);
+    m_point.m_positionWorldOnA = onB + normal * distance;
+    m_point.m_positionWorldOnB = onB;
+    m_point.m_localPointA = m_atA.invXform(m_point.m_positionWorldOnA);
+    m_point.m_localPointB = m_atB.invXform(onB);
+    m_point.m_distance1 = distance;
+    const int place = placeOf(m_point.m_localPointA, m_manifold);
+    if (place < 0)
+    {
+        m_manifold.addManifoldPoint(m_point);
+        return;
+    }
+    btManifoldPoint& point = m_manifold.getContactPoint(place);
+    renew(point, m_point);
+    point.m_localPointA = m_point.m_localPointA;
+    point.m_localPointB = m_point.m_localPointB;
+    point.m_positionWorldOnA = m_point.m_positionWorldOnA;
+    point.m_positionWorldOnB = onB;
+    point.m_distance1 = distance;
 }
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

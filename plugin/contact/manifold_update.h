@@ -23,5 +23,31 @@ inline namespace CULLET_PRECISION
 ///         for a manifold of other bodies
 bool updateManifold(const BoxContact<btScalar>& contact, const btManifoldResult& result,
                     btPersistentManifold& manifold);
+
+/// Adds points one by one as btManifoldResult::addContactPoint() does, with the same bits; what all points of a pair have in
+/// common is computed once.
+///
+/// The application's functions for friction and restitution are called once for all points.
+class PointUpdate
+{
+public:
+    /// Whether no callback and no flag of the application concerns single points.
+    ///
+    /// @param result of a step, with a manifold of its bodies set
+    static bool isPossible(const btManifoldResult& result);
+
+    /// @pre isPossible(result)
+    PointUpdate(const btManifoldResult& result, btPersistentManifold& manifold);
+
+    /// Adds a point with the shape identifiers that the result has now.
+    void add(const btVector3& normal, const btVector3& onB, btScalar distance);
+
+private:
+    const btManifoldResult& m_result;
+    btPersistentManifold& m_manifold;
+    const bool m_isSwapped;
+    const btTransform &m_atA, &m_atB;  ///< of the manifold's bodies
+    btManifoldPoint m_point;           ///< the last one
+};
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

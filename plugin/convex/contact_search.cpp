@@ -55,7 +55,9 @@ Touch touchAt(const GjkResult<btScalar>& near, const GjkCache<btScalar>& cache)
     return touch;
 }
 
-Touch touchAt(const FeaturePair<btScalar>& features)
+using Features = FeaturePair<btScalar>;
+
+Touch touchAt(const Features& features)
 {
     return {features.normal(),  features.distance(), features.pointOfB(),
             features.vertexA(), features.vertexB(),  features.areCorners()};
@@ -64,10 +66,8 @@ Touch touchAt(const FeaturePair<btScalar>& features)
 /// Distance and closest points by the features that a search has found, maybe in an earlier pose.
 ///
 /// @param about see FeaturePair
-bool solveFeatures(const ConvexCores& cores, const VertexPairs& pairs, const Eigen::Vector3d& about,
-                   Touch& touch)
+bool solveFeatures(Features& features, const VertexPairs& pairs, const Eigen::Vector3d& about, Touch& touch)
 {
-    FeaturePair<btScalar> features(*cores.a, *cores.b);
     if (!features.solve(pairs, about, false))
         return false;
     touch = touchAt(features);
@@ -91,18 +91,19 @@ void rememberTouch(const Touch& touch, btScalar limit, GjkCache<btScalar>& cache
 }
 
 /// Saves the search if the closest features are those of the last query.
-bool solveLastFeatures(const ConvexCores& cores, btScalar limit, GjkCache<btScalar>& cache, Touch& touch)
+bool solveLastFeatures(const ConvexCores&, Features& features, btScalar limit, GjkCache<btScalar>& cache,
+                       Touch& touch)
 {
-    if (!solveFeatures(cores, pairsOf(cache), axisOf(cache), touch))
+    if (!solveFeatures(features, pairsOf(cache), axisOf(cache), touch))
         return false;
     rememberTouch(touch, limit, cache);
     return true;
 }
 
 /// solveLastFeatures() for features that are not level.
-bool solveLastEdges(const ConvexCores& cores, btScalar limit, GjkCache<btScalar>& cache, Touch& touch)
+bool solveLastEdges(const ConvexCores&, Features& features, btScalar limit, GjkCache<btScalar>& cache,
+                    Touch& touch)
 {
-    FeaturePair<btScalar> features(*cores.a, *cores.b);
     if (!features.solveStrict(pairsOf(cache), axisOf(cache)))
         return false;
     touch = touchAt(features);
@@ -134,13 +135,13 @@ bool refine(const PosedHull<S>& a, const PosedHull<S>& b, S limit, GjkCache<S>& 
 /// Distance and closest points if one hull lies on a face of the other.
 ///
 /// @param cache [in, out] its features may be those of an earlier pose
-bool solveNearFaces(const ConvexCores& cores, btScalar limit, GjkCache<btScalar>& cache, Touch& touch)
+bool solveNearFaces(const ConvexCores&, Features& features, btScalar limit, GjkCache<btScalar>& cache,
+                    Touch& touch)
 {
     // In double, a tilt of some roundings may be level or not by the face that the last axis is nearest to.
     if constexpr (sizeof(btScalar) == sizeof(double))
         return false;
     const VertexPairs last = pairsOf(cache);
-    FeaturePair<btScalar> features(*cores.a, *cores.b);
     if (!features.solveNearFaces(idOf(cache.startA), idOf(cache.startB), axisOf(cache),
                                  distinctVertices(last.a, last.count).count == 3))
         return false;
@@ -152,11 +153,11 @@ bool solveNearFaces(const ConvexCores& cores, btScalar limit, GjkCache<btScalar>
 
 /// Distance and closest points if a corner or an edge of a face of one hull is over a face of the other: those at which the
 /// last search ended.
-bool solveFacingFaces(const ConvexCores& cores, btScalar limit, GjkCache<btScalar>& cache, Touch& touch)
+bool solveFacingFaces(const ConvexCores& cores, Features& features, btScalar limit, GjkCache<btScalar>& cache,
+                      Touch& touch)
 {
     const Eigen::Vector3d about = axisOf(cache);
     const FacingFaces<btScalar> faces(*cores.a, *cores.b, idOf(cache.startA), idOf(cache.startB), about);
-    FeaturePair<btScalar> features(*cores.a, *cores.b);
     if (!faces.isFound() || !features.solveStrict(faces.pairs(), about))
         return false;
     touch = touchAt(features);
@@ -169,7 +170,9 @@ bool solveFacingFaces(const ConvexCores& cores, btScalar limit, GjkCache<btScala
 /// tried first; any order gives the same result.
 bool solveKnownFeatures(const ConvexCores& cores, btScalar limit, GjkCache<btScalar>& cache, Touch& touch)
 {
-    const auto solves = [&](auto... functions) { return (functions(cores, limit, cache, touch) || ...); };
+    Features features(*cores.a, *cores.b);
+    const auto solves = [&](auto... functions)
+    { return (functions(cores, features, limit, cache, touch) || ...); };
     const VertexPairs last = pairsOf(cache);
     const int ofA = distinctVertices(last.a, last.count).count,
               ofB = distinctVertices(last.b, last.count).count;
@@ -184,9 +187,11 @@ bool solveKnownFeatures(const ConvexCores& cores, btScalar limit, GjkCache<btSca
 ContactSearchResult solveNearFeatures(const ConvexCores& cores, btScalar limit, btScalar paddedLimit,
                                       GjkResult<btScalar>& near, GjkCache<btScalar>& cache, Touch& touch)
 {
-    const auto solve = [&] { return solveFeatures(cores, pairsOf(cache), near.axis.cast<double>(), touch); };
+    Features features(*cores.a, *cores.b);
+    const auto solve = [&]
+    { return solveFeatures(features, pairsOf(cache), near.axis.cast<double>(), touch); };
     const bool isSettled = solve() || (refine(*cores.a, *cores.b, paddedLimit, cache, near) && solve()) ||
-                           solveNearFaces(cores, limit, cache, touch);
+                           solveNearFaces(cores, features, limit, cache, touch);
     if (!isSettled)
         touch = touchAt(near, cache);
     cache.state = stateOf(touch, limit);

@@ -25,13 +25,26 @@ constexpr double kBetween = 0.1;
 /// A later point must be better by this part, so that noise does not change the selection from step to step.
 constexpr double kBetter = 2e-3;
 
-double distance2ToLine(const Feature& point, const Feature& from, const Feature& to)
+/// From one feature to another.
+class Line
 {
-    const Feature line = to - from, way = point - from;
-    const double length2 = line.squaredNorm();
-    const double part = length2 > 0.0 ? std::clamp(line.dot(way) / length2, 0.0, 1.0) : 0.0;
-    return (way - part * line).squaredNorm();
-}
+public:
+    Line(const Feature& from, const Feature& to)
+        : m_from(from), m_line(to - from), m_length2(m_line.squaredNorm())
+    {
+    }
+
+    double distance2To(const Feature& point) const
+    {
+        const Feature way = point - m_from;
+        const double part = m_length2 > 0.0 ? std::clamp(m_line.dot(way) / m_length2, 0.0, 1.0) : 0.0;
+        return (way - part * m_line).squaredNorm();
+    }
+
+private:
+    const Feature m_from, m_line;
+    const double m_length2;
+};
 }  // namespace
 
 /// The order in which points are selected.
@@ -110,11 +123,14 @@ private:
                 exchange(i, --m_count);
                 continue;
             }
-            Row& row = rowAt(i);
             if (last == 0)
-                row.away2 = (row.feature - feature).squaredNorm();
-            for (int j = 0; j < last; ++j)
-                row.away2 = std::min(row.away2, distance2ToLine(row.feature, feature, rowAt(j).feature));
+                rowAt(i).away2 = (rowAt(i).feature - feature).squaredNorm();
+        }
+        for (int j = 0; j < last; ++j)
+        {
+            const Line line(feature, rowAt(j).feature);
+            for (int i = m_selected; i < m_count; ++i)
+                rowAt(i).away2 = std::min(rowAt(i).away2, line.distance2To(rowAt(i).feature));
         }
     }
 

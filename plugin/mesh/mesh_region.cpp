@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #include "cullet/plugin/mesh/mesh_region.h"
 
+#include "cullet/base/simd_vector.h"
 #include "cullet/plugin/core/dynamic_type.h"
 #include "cullet/plugin/mesh/locked_part.h"
 
@@ -9,6 +10,7 @@
 #include <BulletCollision/CollisionShapes/btMultimaterialTriangleMeshShape.h>
 
 #include <algorithm>
+#include <cstring>
 #include <new>
 
 namespace cullet
@@ -64,15 +66,51 @@ bool MeshRegion::addLeaves(const BulletBox& box, std::size_t most)
 void MeshRegion::makeBlocks()
 {
     m_blocks.clear();
+    if (m_nodes->isQuantized())
+        m_blocks.resize((m_leaves.size() + kBlock - 1) / kBlock);
     for (std::size_t i = 0; i < m_leaves.size(); ++i)
     {
         BulletBox leaf;
         m_nodes->readBox(m_leaves[i], leaf);
-        if (i % kBlock == 0)
-            m_blocks.push_back(leaf);
+        if (i == 0)
+            m_bounds = leaf;
         else
-            m_nodes->include(leaf, m_blocks.back());
+            m_nodes->include(leaf, m_bounds);
+        for (std::size_t axis = 0; axis < 3 && m_nodes->isQuantized(); ++axis)
+        {
+            m_blocks[i / kBlock].min[axis][i % kBlock] = leaf.quantizedMin[axis];
+            m_blocks[i / kBlock].max[axis][i % kBlock] = leaf.quantizedMax[axis];
+        }
     }
+}
+
+/// Those of the leaves of a block that a box overlaps, a bit for each.
+unsigned MeshRegion::nearLeaves(std::size_t block, const BulletBox& box) const
+{
+    const std::size_t begin = block * kBlock, count = std::min(m_leaves.size() - begin, kBlock);
+    if (!m_nodes->isQuantized())
+    {
+        unsigned near = 0;
+        for (std::size_t i = 0; i < count; ++i)
+            near |= unsigned(m_nodes->overlaps(box, m_leaves[begin + i])) << i;
+        return near;
+    }
+    using Eight = VectorOf<unsigned short, kBlock>::Type;
+    MaskOf<Eight> areNear = MaskOf<Eight>{} - 1;
+    for (std::size_t axis = 0; axis < 3; ++axis)
+    {
+        Eight low, high;
+        std::memcpy(&low, m_blocks[block].min[axis], sizeof(low));
+        std::memcpy(&high, m_blocks[block].max[axis], sizeof(high));
+        areNear &= (low <= Eight{} + box.quantizedMax[axis]) & (high >= Eight{} + box.quantizedMin[axis]);
+    }
+    areNear &= MaskOf<Eight>{1, 2, 4, 8, 16, 32, 64, 128};
+    std::uint64_t halves[2];
+    std::memcpy(halves, &areNear, sizeof(halves));
+    std::uint64_t bits = halves[0] | halves[1];
+    bits |= bits >> 32;
+    bits |= bits >> 16;
+    return static_cast<unsigned>(bits) & ((1u << count) - 1);
 }
 
 void MeshRegion::readTriangles()
@@ -106,14 +144,13 @@ bool MeshRegion::anyLeaf(const btVector3& low, const btVector3& high, const Visi
 {
     BulletBox box;
     m_nodes->setQuery(low, high, box);
-    for (std::size_t block = 0; block < m_blocks.size(); ++block)
+    if (m_leaves.empty() || !m_nodes->overlap(box, m_bounds))
+        return false;
+    for (std::size_t block = 0; block * kBlock < m_leaves.size(); ++block)
     {
-        if (!m_nodes->overlap(box, m_blocks[block]))
-            continue;
-        const std::size_t end = std::min(m_leaves.size(), (block + 1) * kBlock);
-        for (std::size_t i = block * kBlock; i < end; ++i)
+        for (unsigned near = nearLeaves(block, box); near != 0; near &= near - 1)
         {
-            if (m_nodes->overlaps(box, m_leaves[i]) && visit(i))
+            if (visit(block * kBlock + static_cast<std::size_t>(__builtin_ctz(near))))
                 return true;
         }
     }

@@ -52,8 +52,15 @@ private:
         TriangleName name;
     };
 
+    /// The boxes of kBlock leaves, coordinate by coordinate.
+    struct Block
+    {
+        unsigned short min[3][kBlock], max[3][kBlock];
+    };
+
     bool addLeaves(const BulletBox& box, std::size_t most);
     void makeBlocks();
+    unsigned nearLeaves(std::size_t block, const BulletBox& box) const;
     void readTriangles();
     template <class Visit>
     bool anyLeaf(const btVector3& low, const btVector3& high, const Visit& visit) const;
@@ -62,7 +69,8 @@ private:
     std::optional<BulletNodes> m_nodes;  ///< empty: no region
     btVector3 m_low, m_high;
     std::vector<std::uint32_t> m_leaves;  ///< nodes, in the order of the tree
-    std::vector<BulletBox> m_blocks;      ///< around kBlock leaves each
+    BulletBox m_bounds;                   ///< of all leaves
+    std::vector<Block> m_blocks;          ///< of a quantized tree
     std::vector<Triangle> m_triangles;    ///< of the leaves, once one is asked for
 };
 }  // namespace CULLET_PRECISION

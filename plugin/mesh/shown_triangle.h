@@ -32,6 +32,16 @@ private:
     const btCollisionObjectWrapper m_wrap;
 };
 
+/// Gives a result the identifiers of a triangle, for the points that follow.
+inline void identify(btManifoldResult& result, const btCollisionObjectWrapper& mesh,
+                     const TriangleBatch::Triangle& triangle)
+{
+    if (result.getBody0Internal() == mesh.getCollisionObject())
+        result.setShapeIdentifiersA(triangle.part, triangle.index);
+    else
+        result.setShapeIdentifiersB(triangle.part, triangle.index);
+}
+
 /// Shows the result of a pair the triangle in place of its mesh, as contact callbacks expect it.
 class ShownTriangle
 {

@@ -3,6 +3,7 @@
 #include "cullet/plugin/mesh/triangle_pass.h"
 
 #include "cullet/plugin/contact/manifold_renewal.h"
+#include "cullet/plugin/contact/manifold_update.h"
 #include "cullet/plugin/mesh/face_touch.h"
 #include "cullet/plugin/mesh/shown_triangle.h"
 #include "cullet/plugin/mesh/triangle_source.h"
@@ -429,7 +430,25 @@ void TrianglePass::renewManifold()
             renewal.renew(m_frame.toWorld(m_points[i].place));
         renewal.removeOthers();
     }
-    addToManifold([&] { renewal.removeFirst(); });
+    if (m_points.count() > 0 && !m_showsEveryPoint && PointUpdate::isPossible(m_result))
+        addAtOnce(renewal);
+    else
+        addToManifold([&] { renewal.removeFirst(); });
+}
+
+/// addToManifold() where nobody sees the triangle of a point.
+void TrianglePass::addAtOnce(ManifoldRenewal& renewal)
+{
+    PointUpdate update(m_result, m_query.manifold);
+    for (int i = 0; i < m_points.count(); ++i)
+    {
+        const MeshPoint& point = m_points[i];
+        identify(m_result, m_mesh, point.triangle);
+        update.add(m_frame.turnedToWorld(point.normal),
+                   m_frame.toWorld(point.place - point.distance * point.normal),
+                   static_cast<btScalar>(point.distance));
+        renewal.removeFirst();
+    }
 }
 
 /// Adds all points.

@@ -24,6 +24,8 @@ namespace cullet
 {
 inline namespace CULLET_PRECISION
 {
+class ManifoldRenewal;
+
 /// Where the search for a triangle ended in the last step; its axis is in the mesh's frame.
 struct TriangleMemory
 {
@@ -127,6 +129,7 @@ private:
     void storeAxes();
     bool showsEveryPoint() const;
     void renewManifold();
+    void addAtOnce(ManifoldRenewal& renewal);
     template <class AfterEach>
     void addToManifold(const AfterEach& afterEach);
 

@@ -333,9 +333,9 @@ void TriangleSearch::addPatch(const MeshPoint& touch, const Corners& corners, Me
     // The search has found them, too, or has built a graph.
     m_cores.findFans(m_touch.normal, m_touch.vertexA, m_touch.vertexB);
     const ContactPatch patch =
-        makeContactPatch(*m_cores.a, *m_cores.b, m_touch,
-                         {double(m_limit), m_limits.breakingThreshold, m_isaGjk.options().patchPoints},
-                         {m_cores.fanA ? &*m_cores.fanA : nullptr, m_cores.fanB ? &*m_cores.fanB : nullptr});
+        makeWidePatch(*m_cores.a, *m_cores.b, m_touch,
+                      {double(m_limit), m_limits.breakingThreshold, m_isaGjk.options().patchPoints},
+                      {m_cores.fanA ? &*m_cores.fanA : nullptr, m_cores.fanB ? &*m_cores.fanB : nullptr});
     for (int i = 0; i < patch.count; ++i)
     {
         const ContactPoint& point = patch.points[static_cast<std::size_t>(i)];

@@ -44,6 +44,7 @@ public:
     }
 
     std::uint32_t count() const noexcept { return m_count; }
+    bool isQuantized() const noexcept { return m_isQuantized; }
 
     bool isLeaf(std::uint32_t node) const
     {

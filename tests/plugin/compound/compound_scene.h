@@ -15,6 +15,11 @@
 
 namespace cullet::test
 {
+inline btTransform at(double x, double y, double z)
+{
+    return btTransform(btQuaternion::getIdentity(), vec(x, y, z));
+}
+
 /// A point of a manifold of children: all that a solver reads, but not its age.
 struct ChildContact
 {

@@ -18,11 +18,6 @@ namespace cullet::test
 {
 namespace
 {
-btTransform at(double x, double y, double z)
-{
-    return btTransform(btQuaternion::getIdentity(), vec(x, y, z));
-}
-
 enum class Others
 {
     Plane,
