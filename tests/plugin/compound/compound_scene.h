@@ -46,8 +46,8 @@ enum class CompoundLoop
 class CompoundScene
 {
 public:
-    explicit CompoundScene(CompoundLoop loop)
-        : m_dispatcher(&m_configuration, optionsOf(loop)),
+    explicit CompoundScene(CompoundLoop loop, int threads = 1)
+        : m_dispatcher(&m_configuration, optionsOf(loop, threads)),
           m_world(&m_dispatcher, &m_broadphase, &m_configuration)
     {
     }
@@ -108,10 +108,10 @@ public:
     btCollisionWorld& world() { return m_world; }
 
 private:
-    static DispatcherOptions optionsOf(CompoundLoop loop)
+    static DispatcherOptions optionsOf(CompoundLoop loop, int threads)
     {
         DispatcherOptions options;
-        options.threads = 1;
+        options.threads = threads;
         options.isaGjk.compounds = loop == CompoundLoop::Own;
         return options;
     }

@@ -1,5 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
+#include "cullet/tests/plugin/compound/compound_scene.h"
 #include "cullet/tests/plugin/dispatcher/compound_world.h"
 
 #include <BulletCollision/CollisionDispatch/btCompoundCompoundCollisionAlgorithm.h>
@@ -111,6 +112,38 @@ private:
     }
 };
 }  // namespace
+
+TEST(CompoundJobs, LeaveOutPairsThatHaveNotMovedOnAnyNumberOfThreads)
+{
+    constexpr int kBodies = 60;
+    for (const int threads : {1, 2, 8})
+    {
+        SCOPED_TRACE(std::to_string(threads) + " threads");
+        btBoxShape box(vec(0.3, 0.3, 0.3));
+        btStaticPlaneShape plane(vec(0, 1, 0), 0);
+        btCompoundShape compound;
+        compound.addChildShape(at(-0.5, 0, 0), &box);
+        compound.addChildShape(at(0.5, 0, 0), &box);
+        CompoundScene scene(CompoundLoop::Own, threads);
+        scene.add(plane, at(0, 0, 0), true);
+        btCollisionObject* last = nullptr;
+        for (int i = 0; i < kBodies; ++i)
+            last = &scene.add(compound, at(3 * i, 1, 0));
+        const auto step = [&]
+        {
+            scene.step();
+            return scene.dispatcher().idlePairs();
+        };
+        EXPECT_EQ(step(), 0u);
+        EXPECT_EQ(step(), 0u);
+        EXPECT_EQ(step(), std::uint64_t(kBodies));
+        EXPECT_EQ(scene.dispatcher().contactStats().jobsTotal > 0, threads > 1);
+        last->setWorldTransform(at(3 * kBodies, 0.3, 0));
+        EXPECT_EQ(step(), std::uint64_t(kBodies - 1));
+        EXPECT_EQ(scene.contacts().size(), 2u);
+        scene.clear();
+    }
+}
 
 // The reference takes Bullet's own near callback, pair by pair.
 TEST(CompoundJobs, GiveBulletsManifoldsInBulletsOrderOnAnyNumberOfThreads)
