@@ -383,6 +383,61 @@ btTransform at(double x, double y, double z)
     return btTransform(btQuaternion::getIdentity(), vec(x, y, z));
 }
 
+const char* nameOf(JointKind kind)
+{
+    static constexpr const char* kNames[] = {"ball", "hinge", "slider", "generic", "fixed", "cone", "spring"};
+    return kNames[static_cast<int>(kind)];
+}
+
+btTypedConstraint& SolverScene::joinOfKind(JointKind kind, btRigidBody& a, btRigidBody& b)
+{
+    const btTransform &fromA = a.getWorldTransform(), &fromB = b.getWorldTransform();
+    const btTransform between(fromA.getBasis(), (fromA.getOrigin() + fromB.getOrigin()) / 2);
+    const btTransform inA = fromA.inverse() * between, inB = fromB.inverse() * between;
+    switch (kind)
+    {
+        case JointKind::Ball:
+            return join<btPoint2PointConstraint>(a, b, inA.getOrigin(), inB.getOrigin());
+        case JointKind::Hinge:
+        {
+            auto& hinge = join<btHingeConstraint>(a, b, inA, inB);
+            hinge.setLimit(btScalar(-0.6), btScalar(0.8));
+            return hinge;
+        }
+        case JointKind::Slider:
+        {
+            auto& slider = join<btSliderConstraint>(a, b, inA, inB, true);
+            slider.setLowerLinLimit(btScalar(-0.1));
+            slider.setUpperLinLimit(btScalar(0.2));
+            return slider;
+        }
+        case JointKind::Generic:
+            return join<btGeneric6DofConstraint>(a, b, inA, inB, true);
+        case JointKind::Fixed:
+            return join<btFixedConstraint>(a, b, inA, inB);
+        case JointKind::Cone:
+        {
+            auto& cone = join<btConeTwistConstraint>(a, b, inA, inB);
+            cone.setLimit(btScalar(0.6), btScalar(0.6), btScalar(0.3));
+            return cone;
+        }
+        default:
+        {
+            auto& spring = join<btGeneric6DofSpring2Constraint>(a, b, inA, inB);
+            spring.enableSpring(0, true);
+            spring.setStiffness(0, 100);
+            spring.setDamping(0, 2);
+            return spring;
+        }
+    }
+}
+
+btQuaternion randomTurn(Random& random)
+{
+    const btVector3 axis = vec(random.point(-1, 1));
+    return btQuaternion(axis.x(), axis.y(), axis.z(), btScalar(random.between(0.1f, 1))).normalized();
+}
+
 double heightOfBody(const btRigidBody& body)
 {
     return double(body.getWorldTransform().getOrigin().y());

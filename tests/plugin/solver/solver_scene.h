@@ -16,6 +16,8 @@
 
 namespace cullet::test
 {
+class Random;
+
 inline constexpr double kGravity = 10;  ///< of each scene, downwards
 
 /// A solver whose results are compared.
@@ -34,6 +36,22 @@ std::unique_ptr<btDiscreteDynamicsWorld> makeDiscreteWorld(btDispatcher* dispatc
                                                            btBroadphaseInterface* broadphase,
                                                            btConstraintSolver* solver,
                                                            btCollisionConfiguration* configuration);
+
+/// Kinds of joints that joinOfKind() makes.
+enum class JointKind
+{
+    Ball,
+    Hinge,
+    Slider,
+    Generic,
+    Fixed,
+    Cone,
+    Spring
+};
+inline constexpr JointKind kJointKinds[] = {JointKind::Ball,    JointKind::Hinge, JointKind::Slider,
+                                            JointKind::Generic, JointKind::Fixed, JointKind::Cone,
+                                            JointKind::Spring};
+const char* nameOf(JointKind kind);
 
 /// Bullet's discrete world with its own collision detection and one of the solvers. Bodies and joints enter the world at the
 /// first step, in an order that a number names.
@@ -69,6 +87,8 @@ public:
         m_joints.push_back(std::make_unique<Joint>(std::forward<Args>(args)...));
         return static_cast<Joint&>(*m_joints.back());
     }
+    /// Joins two bodies half of the way between their centres, by limits as ragdolls have them.
+    btTypedConstraint& joinOfKind(JointKind kind, btRigidBody& a, btRigidBody& b);
     /// Takes ownership of what must live as long as the world.
     template <class T>
     T& keep(std::unique_ptr<T> thing)
@@ -128,6 +148,7 @@ std::uint64_t hashOf(btScalar value);
 
 btTransform at(double x, double y, double z);
 double heightOfBody(const btRigidBody& body);
+btQuaternion randomTurn(Random& random);
 
 /// What a scene measures, and how it is compared with stock Bullet's value.
 struct Measure

@@ -8,7 +8,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
 #include <string>
@@ -385,58 +384,25 @@ TEST(SolverJoints, HoldChainsWithoutGainOfEnergyWithModelSoft)
     expectAsStock(chainWithItsEnergy, 3, {Contender::Soft});
 }
 
-/// Joins two bodies whose centres are half of the way from the joint.
-void joinOfKind(SolverScene& scene, int kind, btRigidBody& a, btRigidBody& b)
-{
-    const btTransform &fromA = a.getWorldTransform(), &fromB = b.getWorldTransform();
-    const btTransform between(fromA.getBasis(), (fromA.getOrigin() + fromB.getOrigin()) / 2);
-    const btTransform inA = fromA.inverse() * between, inB = fromB.inverse() * between;
-    switch (kind)
-    {
-        case 0:
-            scene.join<btPoint2PointConstraint>(a, b, inA.getOrigin(), inB.getOrigin());
-            break;
-        case 1:
-            scene.join<btHingeConstraint>(a, b, inA, inB).setLimit(btScalar(-0.6), btScalar(0.8));
-            break;
-        case 2:
-            scene.join<btSliderConstraint>(a, b, inA, inB, true).setUpperLinLimit(btScalar(0.2));
-            break;
-        case 3:
-            scene.join<btGeneric6DofConstraint>(a, b, inA, inB, true);
-            break;
-        default:
-            scene.join<btFixedConstraint>(a, b, inA, inB);
-            break;
-    }
-}
-
-btVector3 randomVector(Random& random, float low, float high)
-{
-    const std::array<float, 3> point = random.point(low, high);
-    return btVector3(btScalar(point[0]), btScalar(point[1]), btScalar(point[2]));
-}
-
 /// Four bodies in a row that float and turn a little: joints with arms longer than the bodies and no load at all.
 ///
 /// @return the most energy in four seconds, as a part of that after the first step
-double growthOfFloatingChain(Contender contender, int kind, Random& random)
+double growthOfFloatingChain(Contender contender, JointKind kind, Random& random)
 {
     SolverScene scene(contender);
     btRigidBody* before = nullptr;
     for (int i = 0; i < 4; ++i)
     {
-        const btVector3 half = randomVector(random, 0.1f, 0.5f);
-        const btVector3 axis = randomVector(random, -1, 1);
-        const btQuaternion turn(axis.x(), axis.y(), axis.z(), btScalar(random.between(0.1f, 1)));
-        btRigidBody& body = scene.add(scene.box(double(half.x()), double(half.y()), double(half.z())),
-                                      double(random.between(0.5f, 4)),
-                                      btTransform(turn.normalized(), btVector3(0, btScalar(-i), 0)));
+        const btVector3 half = vec(random.point(0.1f, 0.5f));
+        const btQuaternion turn = randomTurn(random);
+        btRigidBody& body =
+            scene.add(scene.box(double(half.x()), double(half.y()), double(half.z())),
+                      double(random.between(0.5f, 4)), btTransform(turn, btVector3(0, btScalar(-i), 0)));
         body.setActivationState(DISABLE_DEACTIVATION);
-        body.setLinearVelocity(randomVector(random, -0.2f, 0.2f));
-        body.setAngularVelocity(randomVector(random, -1, 1));
+        body.setLinearVelocity(vec(random.point(-0.2f, 0.2f)));
+        body.setAngularVelocity(vec(random.point(-1, 1)));
         if (before != nullptr)
-            joinOfKind(scene, kind, *before, body);
+            scene.joinOfKind(kind, *before, body);
         before = &body;
     }
     scene.world().setGravity(btVector3(0, 0, 0));
@@ -458,12 +424,13 @@ TEST(SolverJoints, GiveChainsThatFloatNoEnergy)
     SCOPED_TRACE("seed " + std::to_string(kSeed));
     for (const Contender contender : {Contender::Stock, Contender::Bullet, Contender::Soft})
     {
-        for (int kind = 0; kind < 5; ++kind)
+        for (const JointKind kind :
+             {JointKind::Ball, JointKind::Hinge, JointKind::Slider, JointKind::Generic, JointKind::Fixed})
         {
             Random random(kSeed);
             for (int i = 0; i < 20; ++i)
                 EXPECT_LT(growthOfFloatingChain(contender, kind, random), 1.01)
-                    << nameOf(contender) << ", kind of joint " << kind << ", chain " << i;
+                    << nameOf(contender) << ", " << nameOf(kind) << ", chain " << i;
         }
     }
 }
