@@ -18,7 +18,7 @@ constexpr btScalar kCarried = btScalar(0.3);
 /// solver. Joints, whose own impulses begin at zero, can press more and more into a contact that they draw together, and
 /// shoot the bodies out when its normal has turned: with .95 twice as hard. With .7 a load presses what has a thousandth of its
 /// mass through the floor.
-constexpr btScalar kDeepGap = btScalar(-0.04), kKeptOfDeep = btScalar(0.85);
+constexpr btScalar kDeepGap = btScalar(-0.1), kKeptOfDeep = btScalar(0.85);
 
 /// The share of a joint's correction that bodies keep as velocity after a soft step's relaxation. Without it, chains of
 /// bodies with small moments of inertia fall apart, and the sooner the more iterations they have.
