@@ -12,7 +12,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <utility>
 #include <vector>
 
 namespace cullet
@@ -30,13 +29,14 @@ enum class TinyState : std::uint8_t
     Falling    ///< they fall, each alone
 };
 
-/// Which parts of cullet the side "cullet" has.
+/// Which parts of cullet a side has.
 enum class TinyParts : std::uint8_t
 {
     All,
     World,
     Dispatcher,
-    Broadphase
+    Broadphase,
+    None  ///< Bullet's own
 };
 
 using Stock = btDiscreteDynamicsWorld;
@@ -68,10 +68,9 @@ std::unique_ptr<btBroadphaseInterface> makeTinyBroadphase(bool isOwn, int thread
 class TinySteps : public LossSide
 {
 public:
-    /// @param parts none: Bullet's own
-    TinySteps(TinyState state, std::vector<TinyParts> parts, const LossSetup& setup)
+    TinySteps(TinyState state, TinyParts parts, const LossSetup& setup)
         : m_state(state),
-          m_parts(std::move(parts)),
+          m_parts(parts),
           m_dispatcher(makeTinyDispatcher(m_configuration, has(TinyParts::Dispatcher), setup.threads)),
           m_broadphase(makeTinyBroadphase(has(TinyParts::Broadphase), setup.threads)),
           m_world(makeWorld(setup.threads))
@@ -107,15 +106,7 @@ public:
     PairDigest exactAnswer() override { return digestExact(collectProxies(*m_world)); }
 
 private:
-    bool has(TinyParts part) const
-    {
-        for (const TinyParts own : m_parts)
-        {
-            if (own == part || own == TinyParts::All)
-                return true;
-        }
-        return false;
-    }
+    bool has(TinyParts part) const { return m_parts == part || m_parts == TinyParts::All; }
 
     std::unique_ptr<Stock> makeWorld(int threads)
     {
@@ -174,7 +165,7 @@ private:
     }
 
     TinyState m_state;
-    std::vector<TinyParts> m_parts;
+    TinyParts m_parts;
     btBoxShape m_floor{btVector3(100, 1, 100)},
         m_cube{btVector3(btScalar(0.5), btScalar(0.5), btScalar(0.5))};
     btDefaultCollisionConfiguration m_configuration;
@@ -188,10 +179,7 @@ private:
 template <TinyState kState, TinyParts kParts>
 std::unique_ptr<LossSide> makeTinyStepLoss(const LossSetup& setup)
 {
-    std::vector<TinyParts> parts;
-    if (setup.side == "cullet")
-        parts.push_back(kParts);
-    return std::make_unique<TinySteps>(kState, std::move(parts), setup);
+    return std::make_unique<TinySteps>(kState, setup.side == "cullet" ? kParts : TinyParts::None, setup);
 }
 
 template <TinyState kState>
