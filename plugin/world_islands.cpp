@@ -215,7 +215,7 @@ bool WorldIslands::Parts::skipSolver(const Step& step)
 {
     BT_PROFILE("solveConstraints");
     stats.serial = SerialIslands::AtRest;
-    step.sortedJoints.resize(0);
+    step.sortedJoints.resizeNoInitialize(0);
     countEmptyCall(static_cast<btSequentialImpulseConstraintSolver&>(step.solver));
     return true;
 }
