@@ -33,13 +33,12 @@ private:
 };
 
 /// Gives a result the identifiers of a triangle, for the points that follow.
-inline void identify(btManifoldResult& result, const btCollisionObjectWrapper& mesh,
-                     const TriangleBatch::Triangle& triangle)
+inline void identify(btManifoldResult& result, const btCollisionObjectWrapper& mesh, int part, int index)
 {
     if (result.getBody0Internal() == mesh.getCollisionObject())
-        result.setShapeIdentifiersA(triangle.part, triangle.index);
+        result.setShapeIdentifiersA(part, index);
     else
-        result.setShapeIdentifiersB(triangle.part, triangle.index);
+        result.setShapeIdentifiersB(part, index);
 }
 
 /// Shows the result of a pair the triangle in place of its mesh, as contact callbacks expect it.
@@ -51,28 +50,22 @@ public:
         : m_result(result), m_isFirst(result.getBody0Internal() == mesh.getCollisionObject())
     {
         m_before = m_isFirst ? result.getBody0Wrap() : result.getBody1Wrap();
-        if (m_isFirst)
-        {
-            result.setBody0Wrap(&triangle);
-            result.setShapeIdentifiersA(triangle.m_partId, triangle.m_index);
-        }
-        else
-        {
-            result.setBody1Wrap(&triangle);
-            result.setShapeIdentifiersB(triangle.m_partId, triangle.m_index);
-        }
+        wrap(&triangle);
+        identify(result, mesh, triangle.m_partId, triangle.m_index);
     }
-    ~ShownTriangle()
-    {
-        if (m_isFirst)
-            m_result.setBody0Wrap(m_before);
-        else
-            m_result.setBody1Wrap(m_before);
-    }
+    ~ShownTriangle() { wrap(m_before); }
     ShownTriangle(const ShownTriangle&) = delete;
     ShownTriangle& operator=(const ShownTriangle&) = delete;
 
 private:
+    void wrap(const btCollisionObjectWrapper* body)
+    {
+        if (m_isFirst)
+            m_result.setBody0Wrap(body);
+        else
+            m_result.setBody1Wrap(body);
+    }
+
     btManifoldResult& m_result;
     const btCollisionObjectWrapper* m_before;
     bool m_isFirst;

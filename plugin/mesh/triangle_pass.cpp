@@ -443,7 +443,7 @@ void TrianglePass::addAtOnce(ManifoldRenewal& renewal)
     for (int i = 0; i < m_points.count(); ++i)
     {
         const MeshPoint& point = m_points[i];
-        identify(m_result, m_mesh, point.triangle);
+        identify(m_result, m_mesh, point.triangle.part, point.triangle.index);
         update.add(m_frame.turnedToWorld(point.normal),
                    m_frame.toWorld(point.place - point.distance * point.normal),
                    static_cast<btScalar>(point.distance));
