@@ -64,8 +64,8 @@ public:
     /// The backend as a RowSource that knows where all rows are now; null if there is none.
     const RowSource* rowSource() const
     {
-        const bool knowsRows =
-            !m_state.needsRestart() && m_allowedPairs == nullptr && !m_store.table().hasChanges();
+        const bool knowsRows = !m_state.needsRestart() && m_allowedPairs == nullptr &&
+                               !m_store.table().hasChanges() && !m_quietBoxes.isQuiet();
         return knowsRows ? m_rowSource : nullptr;
     }
     std::uint64_t updatesTotal() const noexcept { return m_updatesTotal; }
