@@ -77,10 +77,9 @@ private:
     bool m_wereMostAsleep;           ///< of the last dispatch, most pairs had no contacts to compute
     const btDispatcherInfo& m_info;
     ContactJobs& m_jobs;
-    std::optional<PairKinds> m_kinds;  ///< none before the first pair whose kind is asked
-    ClassMemo<bool> m_bodies;          ///< whether the class is Bullet's
-    ClassMemo<bool>
-        m_compounds;  ///< whether the class of an algorithm is CompoundAlgorithm, or derived from it
+    std::optional<PairKinds> m_kinds;        ///< none before the first pair whose kind is asked
+    ClassMemo<bool> m_bodies;                ///< whether the class is Bullet's
+    ClassMemo<bool> m_compounds;             ///< whether an algorithm is a CompoundAlgorithm
     std::optional<ContentsMemo> m_contents;  ///< exists once a compound has not moved
     bool m_isInLine;                         ///< Bullet's near callback, without the call
     bool m_findsForeign;                     ///< some pairs may be found not to be foreign

@@ -81,7 +81,6 @@ private:
     FourScalars m_rows[4];
 };
 
-/// Whether the application sees or changes single points.
 /// btPersistentManifold::replaceContactPoint(): all but places, impulses, lifetime and the application's data.
 [[gnu::always_inline]] inline void renew(btManifoldPoint& point, const btManifoldPoint& by)
 {
@@ -92,6 +91,7 @@ private:
     point.m_index1 = by.m_index1;
 }
 
+/// Whether the application sees or changes single points.
 bool needsBullet(const btCollisionObject& a, const btCollisionObject& b)
 {
     constexpr int kFlags =
