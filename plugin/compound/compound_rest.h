@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "cullet/plugin/core/mix_bits.h"
 #include "cullet/plugin/core/precision.h"
+#include "cullet/plugin/core/sequence_hash.h"
 
 #include <LinearMath/btTransform.h>
 
@@ -32,10 +32,12 @@ public:
     /// Compares the poses with those of the last dispatch. @return whether they are the same
     bool isUnmoved(const btTransform& a, const btTransform& b) noexcept
     {
-        const std::uint64_t poses = mixBits(hashOf(a), hashOf(b));
-        if (poses == m_poses)
+        SequenceHash poses;
+        poses.add(a);
+        poses.add(b);
+        if (poses.value() == m_poses)
             return true;
-        m_poses = poses;
+        m_poses = poses.value();
         m_state = State::Unknown;
         return false;
     }
@@ -79,17 +81,6 @@ public:
     };
 
 private:
-    static std::uint64_t hashOf(const btTransform& at) noexcept
-    {
-        std::uint64_t hash = 0;
-        for (int row = 0; row < 4; ++row)
-        {
-            const btVector3& v = row < 3 ? at.getBasis()[row] : at.getOrigin();
-            hash += mixBits(mixBits(bitsOf(v.x()), bitsOf(v.y()) + std::uint64_t(row + 1)), bitsOf(v.z()));
-        }
-        return hash;
-    }
-
     std::uint64_t m_poses = 0, m_shapes = 0;
     State m_state = State::Unknown;
 };

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #include "cullet/plugin/shapes/shape_contents.h"
 
-#include "cullet/plugin/core/mix_bits.h"
+#include "cullet/plugin/core/sequence_hash.h"
 #include "cullet/plugin/shapes/thread_safe_aabb.h"
 
 #include <BulletCollision/BroadphaseCollision/btDbvt.h>
@@ -21,30 +21,6 @@ inline namespace CULLET_PRECISION
 {
 namespace
 {
-/// Of a sequence; a sum, so that processors need not wait for one product after the other.
-class SequenceHash
-{
-public:
-    void add(std::uint64_t a, std::uint64_t b) noexcept
-    {
-        m_place += 0x9e3779b97f4a7c15;
-        m_sum += mixBits(a ^ m_place, b);
-    }
-    void add(const btVector3& v) noexcept { add(mixBits(bitsOf(v.x()), bitsOf(v.y())), bitsOf(v.z())); }
-    void add(const btTransform& at) noexcept
-    {
-        for (int row = 0; row < 3; ++row)
-            add(at.getBasis()[row]);
-        add(at.getOrigin());
-    }
-
-    /// Never 0.
-    std::uint64_t value() const noexcept { return m_sum | 1; }
-
-private:
-    std::uint64_t m_sum = 0, m_place = 0;
-};
-
 /// Whether all of a shape is read below.
 bool isKnown(const btCollisionShape& shape) noexcept
 {
