@@ -102,6 +102,12 @@ public:
             std::uninitialized_fill(m_end, end, copy);
         m_end = end;
     }
+    /// New elements have any value: each is to be written before it is read.
+    void resizeForOverwrite(std::size_t size)
+    {
+        makeRoomFor(size);
+        m_end = m_begin + size;
+    }
     void shrink_to_fit() { Array(*this).swap(*this); }
     void clear() noexcept { m_end = m_begin; }
     void assign(std::size_t size, const T& value)

@@ -128,8 +128,7 @@ void KeyList::trim()
 {
     constexpr std::size_t kSmall = 4096;
     if (m_keys.size() > kSmall && m_keys.size() / 8 > m_count)
-        std::vector<std::uint64_t>(m_keys.begin(), m_keys.begin() + static_cast<std::ptrdiff_t>(m_count))
-            .swap(m_keys);
+        PairKeys(m_keys.begin(), m_keys.begin() + m_count).swap(m_keys);
 }
 
 bool PairSort::areInOrder(std::vector<KeyList>& lists)
@@ -227,7 +226,7 @@ std::uint32_t PairSort::firstBucketOf(const BucketMap& bucketMap, const std::uin
 
 /// Sorts inside the buckets.
 void PairSort::sortBuckets(ParallelLoops& workers, const BucketMap& bucketMap, const std::uint32_t* ends,
-                           std::vector<std::uint64_t>& sorted)
+                           PairKeys& sorted)
 {
     const unsigned tasks = workers.tasksFor(sorted.size(), kWriteGrain);
     workers.run(tasks,
@@ -256,7 +255,7 @@ void PairSort::sortBuckets(ParallelLoops& workers, const BucketMap& bucketMap, c
                 });
 }
 
-void PairSort::sort(ParallelLoops& workers, std::vector<KeyList>& lists, std::vector<std::uint64_t>& sorted)
+void PairSort::sort(ParallelLoops& workers, std::vector<KeyList>& lists, PairKeys& sorted)
 {
     const std::size_t count = countOf(lists);
     if (count < kOneBucket)
@@ -266,7 +265,7 @@ void PairSort::sort(ParallelLoops& workers, std::vector<KeyList>& lists, std::ve
 }
 
 void PairSort::sortRows(ParallelLoops& workers, const std::vector<KeyList>& lists, std::uint32_t rows,
-                        std::vector<std::uint64_t>& sorted)
+                        PairKeys& sorted)
 {
     const std::size_t count = countOf(lists);
     if (count < kOneBucket)
@@ -275,23 +274,22 @@ void PairSort::sortRows(ParallelLoops& workers, const std::vector<KeyList>& list
         sortMany(workers, lists, bucketMapOf(0, (std::uint64_t{rows} << 32) - 1, count), sorted);
 }
 
-void PairSort::sortFew(const std::vector<KeyList>& lists, std::size_t count,
-                       std::vector<std::uint64_t>& sorted)
+void PairSort::sortFew(const std::vector<KeyList>& lists, std::size_t count, PairKeys& sorted)
 {
-    sorted.resize(count);
-    m_distributed.resize(count);
-    auto to = m_distributed.begin();
+    sorted.resizeForOverwrite(count);
+    m_distributed.resizeForOverwrite(count);
+    std::uint64_t* to = m_distributed.data();
     for (const KeyList& list : lists)
         to = std::copy(list.begin(), list.end(), to);
     sortKeys(m_distributed.data(), sorted.data(), count);
 }
 
 void PairSort::sortMany(ParallelLoops& workers, const std::vector<KeyList>& lists, const BucketMap& bucketMap,
-                        std::vector<std::uint64_t>& sorted)
+                        PairKeys& sorted)
 {
     const std::size_t count = countOf(lists);
-    sorted.resize(count);
-    m_distributed.resize(count);
+    sorted.resizeForOverwrite(count);
+    m_distributed.resizeForOverwrite(count);
     distribute(workers, lists, bucketMap);
     if (bucketMap.hasWholeWords)
         sorted.swap(m_distributed);
@@ -304,7 +302,7 @@ void PairSort::write(std::vector<std::uint64_t>& keys, Pairs& pairs)
     // As in most updates of a small world.
     if (keys.empty())
         return pairs.clear();
-    m_sorted.resize(sortableCount(keys.size()));
+    m_sorted.resizeForOverwrite(sortableCount(keys.size()));
     sortKeys(keys.data(), m_sorted.data(), keys.size());
     pairs.resize(keys.size());
     std::transform(m_sorted.begin(), m_sorted.end(), pairs.begin(), pairOfKey);

@@ -5,6 +5,7 @@
 #include "cullet/base/bytes_of.h"
 #include "cullet/base/threads/parallel_loops.h"
 #include "cullet/broad/pair.h"
+#include "cullet/broad/pairs/pair_keys.h"
 
 #include <algorithm>
 #include <cstdint>
@@ -28,8 +29,11 @@ public:
     /// Reserves memory for `count` calls of pushIf().
     void makeRoom(std::size_t count)
     {
-        if (m_count + count >= m_keys.size())
-            m_keys.resize(2 * m_keys.size() + count + 64);
+        if (m_count + count < m_keys.size())
+            return;
+        const std::size_t room = 2 * m_keys.size() + count + 64;
+        m_keys.resizeForOverwrite(m_count);  // moves no others
+        m_keys.resizeForOverwrite(room);
     }
 
     /// Appends the key if `isWanted`, without a branch: the key is written in any case.
@@ -103,7 +107,7 @@ public:
     std::uint64_t bytes() const { return m_keys.capacity() * sizeof(std::uint64_t); }
 
 private:
-    std::vector<std::uint64_t> m_keys;
+    PairKeys m_keys;
     std::size_t m_count = 0;
     std::size_t m_measured = 0;
     std::uint64_t m_lowest = ~std::uint64_t{0};
@@ -121,11 +125,11 @@ class PairSort
 {
 public:
     /// @param sorted [out] overwritten with all keys of the lists
-    void sort(ParallelLoops& workers, std::vector<KeyList>& lists, std::vector<std::uint64_t>& sorted);
+    void sort(ParallelLoops& workers, std::vector<KeyList>& lists, PairKeys& sorted);
 
     /// Sorts keys whose words are below `rows`: their range need not be measured.
     void sortRows(ParallelLoops& workers, const std::vector<KeyList>& lists, std::uint32_t rows,
-                  std::vector<std::uint64_t>& sorted);
+                  PairKeys& sorted);
 
     /// Writes the sorted keys as pairs; a key that occurs twice in the lists is omitted altogether.
     ///
@@ -163,19 +167,19 @@ private:
     static void writeParallel(ParallelLoops& workers, const std::vector<Piece>& pieces, Pairs& pairs);
     static BucketMap bucketMapOf(std::vector<KeyList>& lists, std::size_t count);
     static BucketMap bucketMapOf(std::uint64_t lowest, std::uint64_t highest, std::size_t count);
-    void sortFew(const std::vector<KeyList>& lists, std::size_t count, std::vector<std::uint64_t>& sorted);
+    void sortFew(const std::vector<KeyList>& lists, std::size_t count, PairKeys& sorted);
     void sortMany(ParallelLoops& workers, const std::vector<KeyList>& lists, const BucketMap& bucketMap,
-                  std::vector<std::uint64_t>& sorted);
+                  PairKeys& sorted);
     static std::size_t countOf(const std::vector<KeyList>& lists);
     static bool areInOrder(std::vector<KeyList>& lists);
     void distribute(ParallelLoops& workers, const std::vector<KeyList>& lists, const BucketMap& bucketMap);
     static std::uint32_t firstBucketOf(const BucketMap& bucketMap, const std::uint32_t* ends, unsigned task,
                                        unsigned tasks);
     void sortBuckets(ParallelLoops& workers, const BucketMap& bucketMap, const std::uint32_t* ends,
-                     std::vector<std::uint64_t>& sorted);
+                     PairKeys& sorted);
 
-    std::vector<std::uint64_t> m_distributed;  // keys by bucket
-    std::vector<std::uint64_t> m_sorted;
+    PairKeys m_distributed;  // keys by bucket
+    PairKeys m_sorted;
     std::vector<std::uint32_t> m_offsets;  // [lists][buckets] index of the next key, finally the end
 };
 }  // namespace cullet

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include "cullet/broad/pairs/pair_keys.h"
+
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -17,7 +19,7 @@ class SortedPairs
 {
 public:
     /// @param keys [in, out] ascending, unique; swapped into the object, unspecified afterwards
-    void take(std::vector<std::uint64_t>& keys)
+    void take(PairKeys& keys)
     {
         m_keys.swap(keys);
         m_isErased.assign(m_keys.size(), 0);
@@ -95,7 +97,7 @@ private:
                                              : m_keys.size();
     }
 
-    std::vector<std::uint64_t> m_keys;
+    PairKeys m_keys;
     std::vector<std::uint8_t> m_isErased;  // [keys]
     std::vector<std::uint32_t> m_begins;   // [parts + 1] first key of each part
     std::uint32_t m_shift = 0;             // from a key, less the lowest key, to its part

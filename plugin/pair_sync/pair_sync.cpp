@@ -292,6 +292,8 @@ void PairSync::applyRemoved(float margin, btDispatcher* dispatcher)
 {
     if (m_separatedPairs.empty() && m_delta.removed.empty() && m_speculativePairs.size() == 0)
         return;
+    if (m_separatedPairs.empty() && m_speculativePairs.size() == 0 && m_deferredPairs.size() == 0)
+        return m_adapter.remove(m_delta.removed, m_store, dispatcher);
     deferSeparated(margin);
     m_scratch = m_separatedPairs;
     for (const Pair pair : m_delta.removed)
@@ -315,12 +317,10 @@ void PairSync::applyRemoved(float margin, btDispatcher* dispatcher)
     m_adapter.remove(m_scratch, m_store, dispatcher);
 }
 
-/// Prefetches for the additions of the pairs after an index; tryAdd() reads the boxes of the table, too.
-inline void PairSync::prefetchAddition(std::size_t index, bool readsTable) const
+/// Prefetches for the addition of a pair and those after it; tryAdd() reads the boxes of the table, too.
+inline void PairSync::prefetchAddition(const Pair* coming, std::size_t count, bool readsTable) const
 {
     constexpr std::size_t kIds = 44, kProxies = 24;  // in pairs ahead
-    const Pair* const coming = m_scratch.data() + index;
-    const std::size_t count = m_scratch.size() - index;
     if (kIds < count)
     {
         m_store.prefetchId(coming[kIds].first);
@@ -341,7 +341,6 @@ inline void PairSync::prefetchAddition(std::size_t index, bool readsTable) const
 
 void PairSync::applyAdded(float margin)
 {
-    m_scratch.clear();
     if (m_toReevaluate.empty() && m_delta.added.empty())
         return;
     if (m_deferredPairs.size() != 0)
@@ -349,22 +348,30 @@ void PairSync::applyAdded(float margin)
         for (const Pair pair : m_delta.added)
             m_deferredPairs.confirmHeld(pair);
     }
+    if (m_toReevaluate.empty())
+        return addInOrder(m_delta.added, margin);
     // Both lists are sorted.
     m_scratch.resize(m_toReevaluate.size() + m_delta.added.size());
     const auto end = std::set_union(m_toReevaluate.begin(), m_toReevaluate.end(), m_delta.added.begin(),
                                     m_delta.added.end(), m_scratch.begin());
     m_scratch.erase(end, m_scratch.end());
+    addInOrder(m_scratch, margin);
+}
+
+/// Adds or defers each pair of a list.
+void PairSync::addInOrder(const Pairs& pairs, float margin)
+{
     const bool canAddUnfiltered = m_adapter.canAddUnfiltered();
     // A callback may refuse most of them, but for those that it has just allowed.
     if (canAddUnfiltered || m_allowedPairs != nullptr)
-        m_adapter.reserveMore(m_scratch.size());
-    for (std::size_t i = 0; i < m_scratch.size(); ++i)
+        m_adapter.reserveMore(pairs.size());
+    for (std::size_t i = 0; i < pairs.size(); ++i)
     {
-        prefetchAddition(i, !canAddUnfiltered);
+        prefetchAddition(pairs.data() + i, pairs.size() - i, !canAddUnfiltered);
         if (canAddUnfiltered)
-            addUnfiltered(m_scratch[i], margin);
+            addUnfiltered(pairs[i], margin);
         else
-            tryAdd(m_scratch[i], margin);
+            tryAdd(pairs[i], margin);
     }
 }
 

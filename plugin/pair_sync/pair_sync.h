@@ -83,6 +83,7 @@ private:
     void deferSeparated(float margin);
     void applyRemoved(float margin, btDispatcher* dispatcher);
     void applyAdded(float margin);
+    void addInOrder(const Pairs& pairs, float margin);
     void updateByBackend(float margin, const QueryIndex& index, btDispatcher* dispatcher);
     bool hasPairsToApply() const;
     bool hasOnlyHeldPairs() const;
@@ -101,7 +102,8 @@ private:
     bool updateAllowedPairs(const ProxyView& view);
     bool overlapInTable(const Proxy& first, const Proxy& second) const;
     void askAllowedOf(Proxy& proxy, bool isFirst);
-    [[gnu::always_inline]] void prefetchAddition(std::size_t index, bool readsTable) const;
+    [[gnu::always_inline]] void prefetchAddition(const Pair* coming, std::size_t count,
+                                                 bool readsTable) const;
     void addUnfiltered(Pair pair, float margin);
     void tryAdd(Pair pair, float margin);
     void defer(Pair pair, const Proxy& first, const Proxy& second, bool exactBoxesOverlap, float margin);

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "cullet/broad/grid/columns/column_grid.h"
+#include "cullet/broad/huge_vector.h"
 
 #include <vector>
 
@@ -36,7 +37,7 @@ public:
 private:
     struct alignas(64) List
     {
-        std::vector<RowPair> pairs;
+        HugeVector<RowPair> pairs;
     };
 
     std::vector<List> m_lists;

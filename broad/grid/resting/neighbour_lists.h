@@ -103,7 +103,7 @@ private:
         // Scratch:
         std::vector<std::uint32_t> stale;  ///< awake boxes whose lists have to be made
         std::vector<Aabb> queries;         ///< [stale]
-        std::vector<std::uint64_t> keys;   ///< held pairs of stale lists, ascending: index in `stale`, row
+        PairKeys keys;                     ///< held pairs of stale lists, ascending: index in `stale`, row
         SortedPairs held;                  ///< those of `keys` that the query has not found yet
 
         void beginUpdate();

@@ -19,8 +19,7 @@ constexpr std::ptrdiff_t kKeysAhead = 64;
 constexpr std::size_t kCompareGrain = 4096;
 
 /// The sorted keys whose lower row is in [firstRow, lastRow).
-std::pair<const std::uint64_t*, const std::uint64_t*> keysOfRows(const std::vector<std::uint64_t>& keys,
-                                                                 std::uint32_t firstRow,
+std::pair<const std::uint64_t*, const std::uint64_t*> keysOfRows(const PairKeys& keys, std::uint32_t firstRow,
                                                                  std::uint32_t lastRow)
 {
     const std::uint64_t* const end = keys.data() + keys.size();
@@ -64,8 +63,11 @@ void OverlapList::sort()
 {
     if (m_state == State::Sorted)
         return;
-    for (const std::uint64_t key : m_pairs)
-        m_core.found[0].push(key);
+    {
+        KeyList::Writer writer(m_core.found[0], m_pairs.size());
+        for (const std::uint64_t key : m_pairs)
+            writer.pushIf(key, true);
+    }
     m_core.delta.sorter().sort(m_core.workers, m_core.found, m_pairs);
     m_core.found[0].clear();
 }

@@ -23,7 +23,7 @@ public:
     /// Forgets the list.
     void clear() { setPairs(State::None); }
     bool isListed() const { return m_state != State::None; }
-    const std::vector<std::uint64_t>& pairs() const { return m_pairs; }
+    const PairKeys& pairs() const { return m_pairs; }
 
     /// Makes the list: clear(), add() for each pair, markListed().
     void add(std::uint64_t key) { m_pairs.push_back(key); }
@@ -75,8 +75,8 @@ private:
     GridCore& m_core;
     UnsweptPairs& m_unswept;
     State m_state = State::None;
-    std::vector<std::uint64_t> m_pairs;
-    std::vector<std::uint64_t> m_next;  ///< the next list of replace()
+    PairKeys m_pairs;
+    PairKeys m_next;  ///< the next list of replace()
     std::vector<ThreadPairs> m_threads;
 };
 }  // namespace cullet

@@ -52,6 +52,6 @@ struct GridCore
     BackendStats stats;
 
 private:
-    std::vector<std::uint64_t> m_keys;  // memory for the next heldBefore
+    PairKeys m_keys;  // memory for the next heldBefore
 };
 }  // namespace cullet

@@ -28,7 +28,7 @@ std::set<std::uint64_t> keysAmong(Random& random, std::uint32_t rows, std::size_
 
 SortedPairs pairsOf(const std::set<std::uint64_t>& keys)
 {
-    std::vector<std::uint64_t> sorted(keys.begin(), keys.end());
+    PairKeys sorted(keys.begin(), keys.end());
     SortedPairs pairs;
     pairs.take(sorted);
     return pairs;
@@ -108,7 +108,7 @@ TEST(SortedPairs, ReplacesAllPairsWhenTakingOthers)
 {
     SortedPairs pairs = pairsOf({3, 5, 9});
     EXPECT_TRUE(pairs.erase(5));
-    std::vector<std::uint64_t> next = {4, 5};
+    PairKeys next = {4, 5};
     pairs.take(next);
     EXPECT_TRUE(pairs.contains(5));
     EXPECT_FALSE(pairs.contains(3));

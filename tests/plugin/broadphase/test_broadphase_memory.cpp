@@ -283,6 +283,24 @@ struct LastQuery
     std::uint64_t& taken;
 };
 
+TEST(BroadphaseMemory, ListsPairsOfBodiesAtOneSpotInLargePages)
+{
+    constexpr std::uint64_t kBodies = 1200, kPairs = kBodies * (kBodies - 1) / 2;
+    Broadphase broadphase(gridOptions());
+    std::vector<btBroadphaseProxy*> proxies;
+    for (std::uint64_t i = 0; i < kBodies; ++i)
+        proxies.push_back(addCube(broadphase, vec(0, 0, 0)));
+    // The system hands out pages of 4 KiB more slowly than they are written.
+    const std::uint64_t before = largeUnalignedNewBytes();
+    broadphase.calculateOverlappingPairs(nullptr);
+    ASSERT_EQ(broadphase.stats().pairs, kPairs);
+    for (std::uint64_t i = 0; i < kBodies; ++i)
+        moveCube(broadphase, proxies[i], vec(2.0 * double(i), 0, 0));
+    broadphase.calculateOverlappingPairs(nullptr);
+    ASSERT_EQ(broadphase.stats().pairs, 0u);
+    EXPECT_EQ(largeUnalignedNewBytes(), before);
+}
+
 TEST(BroadphaseMemory, AllocatesForQueryAfterThreadLocalBuffersAreDestroyed)
 {
     Broadphase broadphase(gridOptions());

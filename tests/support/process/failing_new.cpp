@@ -18,6 +18,7 @@ constexpr std::uint64_t kNever = std::numeric_limits<std::uint64_t>::max();
 thread_local std::uint64_t count = 0;
 thread_local std::uint64_t leftBeforeFailure = kNever;
 thread_local const std::function<void()>* functionToCall = nullptr;
+thread_local std::uint64_t largeUnaligned = 0;
 std::atomic<std::int64_t> liveCount{0};
 std::atomic<std::int64_t> liveBytes{0};
 std::atomic<bool (*)() noexcept> fault{nullptr};
@@ -49,6 +50,8 @@ void* counted(void* memory, int sign = 1) noexcept
 
 void* take(std::size_t size) noexcept
 {
+    constexpr std::size_t kLarge = std::size_t{1} << 20;
+    largeUnaligned += size >= kLarge ? size : 0;
     return isNextToFail() ? nullptr : counted(std::malloc(size != 0 ? size : 1));
 }
 
@@ -83,6 +86,11 @@ std::int64_t liveNewCount() noexcept
 std::int64_t liveNewBytes() noexcept
 {
     return liveBytes.load(std::memory_order_relaxed);
+}
+
+std::uint64_t largeUnalignedNewBytes() noexcept
+{
+    return largeUnaligned;
 }
 
 void setNewFault(bool (*isNextToFail)() noexcept) noexcept

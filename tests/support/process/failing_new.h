@@ -17,6 +17,9 @@ std::int64_t liveNewCount() noexcept;
 /// Memory of those calls in bytes, as the C library counts it; 0 where it does not tell.
 std::int64_t liveNewBytes() noexcept;
 
+/// Bytes of the calls of this thread so far for a MiB or more without an alignment to pages.
+std::uint64_t largeUnalignedNewBytes() noexcept;
+
 /// Sets a function that every call on any thread asks first: true lets the call fail. Null, as at the start: none.
 void setNewFault(bool (*isNextToFail)() noexcept) noexcept;
 
