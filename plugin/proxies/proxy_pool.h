@@ -8,6 +8,7 @@
 
 #include <BulletCollision/BroadphaseCollision/btBroadphaseProxy.h>
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -62,6 +63,22 @@ public:
     Proxy* at(std::uint32_t row) const noexcept
     {
         return m_chunks[row / kProxiesPerChunk]->proxies + row % kProxiesPerChunk;
+    }
+
+    /// Calls visit(proxy, row) for the rows from `begin` to before `end`.
+    ///
+    /// @pre as at(), for each of them
+    template <class Visit>
+    void forEach(std::uint32_t begin, std::uint32_t end, Visit visit) const
+    {
+        while (begin < end)
+        {
+            const std::uint32_t row = begin;
+            Proxy* const first = at(row);
+            begin = std::min(end, row - row % kProxiesPerChunk + kProxiesPerChunk);
+            for (std::uint32_t i = 0; i < begin - row; ++i)
+                visit(first + i, row + i);
+        }
     }
 
     /// The row of a proxy of this pool.

@@ -132,28 +132,23 @@ void ProxyStore::setInvalidBox(std::uint32_t row) noexcept
 void ProxyStore::refreshSomeFilters() noexcept
 {
     const std::uint32_t size = m_table.size();
-    if (size <= kLeastFilterRows)
-    {
-        for (std::uint32_t row = 0; row < size; ++row)
-            refreshFilterAt(row);
-        return;
-    }
     const std::uint32_t count = std::min({size, kMostFilterRows, std::max(size / 4 + 1, kLeastFilterRows)});
-    for (std::uint32_t i = 0; i < count; ++i)
-    {
-        if (m_nextFilterRow >= size)
-            m_nextFilterRow = 0;
-        refreshFilterAt(m_nextFilterRow);
-        ++m_nextFilterRow;
-    }
+    const std::uint32_t begin = m_nextFilterRow < size ? m_nextFilterRow : 0;
+    const std::uint32_t end = std::min(size, begin + count);
+    refreshFilters(begin, end);
+    refreshFilters(0, count - (end - begin));
+    m_nextFilterRow = begin + count < size ? begin + count : begin + count - size;
 }
 
-/// The proxy is read first, and nearly always nothing else has to be.
-inline void ProxyStore::refreshFilterAt(std::uint32_t row) noexcept
+/// A proxy is read first, and nearly always nothing else has to be.
+inline void ProxyStore::refreshFilters(std::uint32_t begin, std::uint32_t end) noexcept
 {
-    Proxy* const proxy = m_pool.at(row);
-    if (!proxy->hasKnownFilter() && isValid(m_table.box(row)))
-        refreshFilter(proxy);
+    m_pool.forEach(begin, end,
+                   [this](Proxy* proxy, std::uint32_t row)
+                   {
+                       if (!proxy->hasKnownFilter() && isValid(m_table.box(row)))
+                           refreshFilter(proxy);
+                   });
 }
 
 void ProxyStore::endUpdate() noexcept

@@ -125,7 +125,7 @@ private:
     static constexpr std::uint32_t kLeastFilterRows = 256;
     static constexpr std::uint32_t kMostFilterRows = 4096;
 
-    void refreshFilterAt(std::uint32_t row) noexcept;
+    void refreshFilters(std::uint32_t begin, std::uint32_t end) noexcept;
     std::uint32_t nextUniqueId() noexcept;
     bool isMuchNearer(const btVector3& place) const;
     Aabb countedBox(const btVector3& aabbMin, const btVector3& aabbMax) noexcept;
