@@ -89,12 +89,65 @@ void SmallWorldBackend::updateChanged(const ProxyView& view)
     if (2 * view.dirtyCount > view.size)
         return updateAll(view);
     loadChanged(view);
+    const bool areFew = m_moving.add(view);
     for (std::uint32_t i = 0; i < view.dirtyCount; ++i)
-        updateRow(view, view.dirty[i], 0);
+    {
+        if (areFew)
+            updateMoving(view, m_moving.of(view.dirty[i]));
+        else
+            updateRow(view, view.dirty[i], 0);
+    }
+}
+
+/// Tests a row that moves against its neighbours, for which it gets a list, and the other rows that move.
+void SmallWorldBackend::updateMoving(const ProxyView& view, MovingRows::Row& moving)
+{
+    const bool isInside = MovingRows::isInsideSkin(view, moving);
+    const bool hasList = isInside || (MovingRows::beginList(view, moving) && makeList(view, moving));
+    moving.box = view.boxes[moving.row];
+    if (!hasList)
+        return updateRow(view, moving.row, 0);
+    for (const std::uint32_t other : moving.near)
+        updatePair(view, moving.row, other);
+    for (const MovingRows::Row& other : m_moving.rows())
+    {
+        if (other.row != moving.row)
+            updatePair(view, moving.row, other.row);
+    }
+    m_stats.candidates += moving.near.size() + m_moving.rows().size() - 1;
+}
+
+/// Lists the rows that a box may meet inside its skin; returns false if they are too many.
+bool SmallWorldBackend::makeList(const ProxyView& view, MovingRows::Row& moving)
+{
+    const std::uint32_t row = moving.row;
+    m_kernels.findOverlaps({m_limits.data(), m_stride, view.size}, row, moving.skin.growth(), 0,
+                           m_found.data());
+    m_found[row / 64] &= ~(std::uint64_t{1} << row % 64);
+    for (std::uint32_t word = 0; word < m_stride / 64; ++word)
+    {
+        // The margin may hold a pair beyond the skin.
+        std::uint64_t near = m_found[word] | heldOf(row)[word];
+        for (; near != 0; near &= near - 1)
+            moving.near.push_back(64 * word + static_cast<std::uint32_t>(__builtin_ctzll(near)));
+    }
+    m_stats.candidates += m_stride;
+    if (moving.near.size() <= MovingRows::kMostNear)
+        return true;
+    MovingRows::endLongList(moving);
+    return false;
+}
+
+/// Updates the pair of a valid box.
+inline void SmallWorldBackend::updatePair(const ProxyView& view, std::uint32_t row, std::uint32_t other)
+{
+    if (overlapsBranchless(view.boxes[row], view.boxes[other]) != isHeld(row, other))
+        examine(view, row, other);
 }
 
 void SmallWorldBackend::updateAll(const ProxyView& view)
 {
+    m_moving.clear();
     m_isStale = true;
     loadChanged(view);
     // The rows before this one have been tested against it already.
@@ -160,6 +213,7 @@ bool SmallWorldBackend::updateInsideSkins(const ProxyView& view)
     if (!m_skins.update(view))
         return false;
     m_stats.path = "flat in shells";
+    m_moving.clear();
     if (m_skins.awake().empty())
         m_isStale |= view.dirtyCount != 0;
     else
@@ -323,7 +377,7 @@ BackendStats SmallWorldBackend::stats() const
                   (m_held.capacity() + m_found.capacity() + m_added.capacity() + m_removed.capacity()) *
                       sizeof(std::uint64_t) +
                   m_ids.capacity() * sizeof(std::uint32_t) + m_known.capacity() * sizeof(Pair) +
-                  m_skins.bytes();
+                  m_skins.bytes() + m_moving.bytes();
     return stats;
 }
 }  // namespace cullet

@@ -5,6 +5,7 @@
 #include "cullet/broad/backend.h"
 #include "cullet/broad/grid/columns/column_soa.h"
 #include "cullet/broad/pairs/pair_sort.h"
+#include "cullet/broad/small/moving_rows.h"
 #include "cullet/broad/small/overlap_kernels.h"
 #include "cullet/broad/small/small_world_skins.h"
 
@@ -17,7 +18,8 @@ namespace cullet
 ///
 /// Each changed box is tested against all others, 4 to 16 at a time, and the bits found are compared with the bits
 /// held. No further structure has to be updated, so a few moving boxes cost nothing else. Where most boxes move but
-/// stay close to where they are, boxes inside their skins (SmallWorldSkins) are not tested.
+/// stay close to where they are, boxes inside their skins (SmallWorldSkins) are not tested. Where few move, by small steps, each
+/// is tested against its neighbours only (MovingRows).
 ///
 /// Cost: changed rows * rows / 16 steps, half of it when all changed. Memory: 54 bytes a row, and rows^2 / 8.
 class SmallWorldBackend final : public Backend
@@ -49,6 +51,9 @@ private:
     void restoreKnown(const ProxyView& view);
     void updateChanged(const ProxyView& view);
     void updateAll(const ProxyView& view);
+    void updateMoving(const ProxyView& view, MovingRows::Row& moving);
+    bool makeList(const ProxyView& view, MovingRows::Row& moving);
+    void updatePair(const ProxyView& view, std::uint32_t row, std::uint32_t other);
     void updateFew(const ProxyView& view);
     bool updateInsideSkins(const ProxyView& view);
     void makeSkins(const ProxyView& view);
@@ -78,6 +83,7 @@ private:
     float m_margin = 0;
     bool m_isStale = false;  ///< boxes that moved inside their skins were not loaded
     SmallWorldSkins m_skins;
+    MovingRows m_moving;
     std::vector<std::uint64_t> m_added;    ///< keys
     std::vector<std::uint64_t> m_removed;  ///< keys
     PairSort m_keySort;
