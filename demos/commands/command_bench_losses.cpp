@@ -52,7 +52,9 @@ void addLossBench(CLI::App& bench, Action& chosen)
     command->add_option("--rounds", options->rounds, "runs of each side")
         ->capture_default_str()
         ->check(CLI::Range(1, 1000000));
-    command->add_option("--budget", options->budget, "seconds after which a case gets no further round")
+    command
+        ->add_option("--budget", options->budget,
+                     "seconds after which a case gets no further round, once it has had five")
         ->capture_default_str()
         ->check(numberIn(0.0, 1e9));
     command->add_option("--scale", options->scale, "share of the bodies of each case; targets are for 1")

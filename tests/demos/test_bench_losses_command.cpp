@@ -66,6 +66,15 @@ TEST_F(BenchLossesCommand, FindsOverlapsInCasesThatAreAboutPairs)
     }
 }
 
+TEST_F(BenchLossesCommand, GivesEachCaseSeveralRoundsWhateverTheyCost)
+{
+    const json document = runForJson("bench losses --case tiny,spot --scale 0.05 --rounds 9 --budget 0");
+    ASSERT_EQ(document["rows"].size(), 2u);
+    for (const json& row : document["rows"])
+        EXPECT_EQ(row["rounds"], 5) << row.dump();
+    EXPECT_EQ(runForJson("bench losses --case tiny --rounds 3 --budget 0")["rows"][0]["rounds"], 3);
+}
+
 TEST_F(BenchLossesCommand, LeavesOutCasesOfDoublePrecisionAndRefusesUnknownOnes)
 {
     Outcome outcome;

@@ -67,7 +67,7 @@ public:
         Progress progress(m_case.name, m_options.rounds, m_options.quiet);
         for (std::uint32_t round = 0; round < m_options.rounds && !isInterrupted(); ++round)
         {
-            if (round > 0 && watch.wallMs() > 1e3 * m_options.budget)
+            if (round >= LossOptions::kLeastRounds && watch.wallMs() > 1e3 * m_options.budget)
                 break;
             for (std::size_t i = 0; i < m_contestants.size(); ++i)
                 runOnce(m_contestants[(i + round) % m_contestants.size()]);

@@ -16,9 +16,12 @@ inline namespace CULLET_PRECISION
 /// Options of `cullet bench losses`.
 struct LossOptions
 {
+    /// The ratio of a single round is often one of the host's other work.
+    static constexpr std::uint32_t kLeastRounds = 5;
+
     std::vector<std::string> cases;  ///< names of lossCases(); empty: all of them
     std::uint32_t rounds = 15;
-    double budget = 60.0;  ///< seconds after which a case gets no further round
+    double budget = 60.0;  ///< seconds after which a case that has had kLeastRounds gets no further round
     double scale = 1.0;    ///< share of the bodies of each case
     int threads = 1;       ///< of cullet; 0: as many as the machine has
     std::uint64_t seed = 1;

@@ -37,8 +37,9 @@ class WorldLoss : public LossSide
 {
 public:
     /// @param skipped steps before the first run
-    WorldLoss(std::unique_ptr<WorldScene> scene, Timed timed, int skipped)
-        : m_scene(std::move(scene)), m_timed(timed)
+    /// @param steps   in each run
+    WorldLoss(std::unique_ptr<WorldScene> scene, Timed timed, int skipped, int steps = 10)
+        : m_scene(std::move(scene)), m_timed(timed), m_steps(steps)
     {
         for (int step = 0; step < skipped; ++step)
             m_scene->step();
@@ -46,9 +47,8 @@ public:
 
     double run() override
     {
-        constexpr int kSteps = 10;
         double milliseconds = 0.0;
-        for (int step = 0; step < kSteps; ++step)
+        for (int step = 0; step < m_steps; ++step)
             milliseconds += millisecondsOf(m_timed, m_scene->step());
         return milliseconds;
     }
@@ -59,6 +59,7 @@ public:
 private:
     std::unique_ptr<WorldScene> m_scene;
     Timed m_timed;
+    int m_steps;
 };
 
 /// The parts of cullet are none: Bullet's world and dispatcher with DBVT.
@@ -82,6 +83,9 @@ std::unique_ptr<LossSide> makeBroadLoss(const char* scene, const LossSetup& setu
 
 /// Steps of scene "wall" until its bricks have come apart.
 constexpr int kUntilScattered = 150;
+
+/// Steps of scene "boxes" in a run: each takes half a second.
+constexpr int kStepsOfBoxes = 2;
 
 WorldSceneOptions narrowOptions(const LossSetup& setup)
 {
@@ -133,7 +137,8 @@ std::unique_ptr<LossSide> makeMeshStepLoss(const LossSetup& setup)
 
 std::unique_ptr<LossSide> makeBoxesStepLoss(const LossSetup& setup)
 {
-    return makeNarrowLoss("boxes", setup, 10);
+    return std::make_unique<WorldLoss>(makeWorldScene("boxes", narrowOptions(setup)), Timed::Step, 10,
+                                       kStepsOfBoxes);
 }
 
 std::unique_ptr<LossSide> makePyramidStepLoss(const LossSetup& setup)
@@ -147,7 +152,7 @@ std::unique_ptr<LossSide> makeAllBoxesLoss(const LossSetup& setup)
     options.backend = "grid";
     options.narrow = setup.side == "cullet" ? "dispatcher" : "bullet";
     options.update = setup.side == "cullet" ? "parallel" : "bullet";
-    return std::make_unique<WorldLoss>(makeWorldScene("boxes", options), Timed::Step, 10);
+    return std::make_unique<WorldLoss>(makeWorldScene("boxes", options), Timed::Step, 10, kStepsOfBoxes);
 }
 
 std::unique_ptr<LossSide> makeCylindersLoss(const LossSetup& setup)
