@@ -52,14 +52,18 @@ private:
         TriangleName name;
     };
 
-    /// The boxes of kBlock leaves, coordinate by coordinate.
+    /// The boxes of kBlock leaves or blocks, coordinate by coordinate.
     struct Block
     {
+        unsigned near(const BulletBox& box, std::size_t count) const;
+
         unsigned short min[3][kBlock], max[3][kBlock];
     };
 
     bool addLeaves(const BulletBox& box, std::size_t most);
     void makeBlocks();
+    void makeGroups();
+    unsigned nearBlocks(std::size_t group, const BulletBox& box) const;
     unsigned nearLeaves(std::size_t block, const BulletBox& box) const;
     void readTriangles();
     template <class Visit>
@@ -70,7 +74,8 @@ private:
     btVector3 m_low, m_high;
     std::vector<std::uint32_t> m_leaves;  ///< nodes, in the order of the tree
     BulletBox m_bounds;                   ///< of all leaves
-    std::vector<Block> m_blocks;          ///< of a quantized tree
+    std::vector<Block> m_blocks;          ///< of leaves, for a quantized tree
+    std::vector<Block> m_groups;          ///< of blocks, likewise
     std::vector<Triangle> m_triangles;    ///< of the leaves, once one is asked for
 };
 }  // namespace CULLET_PRECISION
