@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include "cullet/plugin/mesh/triangle_batch.h"
 #include "cullet/plugin/queries/bullet_nodes.h"
 
 #include <BulletCollision/CollisionShapes/btConcaveShape.h>
@@ -42,6 +43,12 @@ public:
     /// @pre covers()
     void forEachTriangle(btTriangleCallback& callback, const btVector3& low, const btVector3& high);
 
+    /// The frame along the axes of a core.
+    CoreFrame frameOf(const btTransform& core, const btTransform& mesh)
+    {
+        return m_lastFrame.frameOf(core, mesh);
+    }
+
 private:
     /// Neighbours in the order of the tree lie close together.
     static constexpr std::size_t kBlock = 8;
@@ -77,6 +84,7 @@ private:
     std::vector<Block> m_blocks;          ///< of leaves, for a quantized tree
     std::vector<Block> m_groups;          ///< of blocks, likewise
     std::vector<Triangle> m_triangles;    ///< of the leaves, once one is asked for
+    LastFrame m_lastFrame;
 };
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

@@ -83,9 +83,7 @@ TrianglePass::TrianglePass(IsaGjkRegistration& isaGjk, MeshQuery& query, const b
       m_dispatcher(dispatcher),
       m_info(info),
       m_result(result),
-      m_frame(convex.getWorldTransform(), mesh.getWorldTransform(),
-              m_side.kind == ConvexKind::Sphere || m_side.kind == ConvexKind::Support ? FrameAxes::World
-                                                                                      : FrameAxes::Core),
+      m_frame(frameOf(region)),
       m_limits{marginOfMesh(m_side, mesh), query.manifold.getContactBreakingThreshold()},
       m_showsEveryPoint(showsEveryPoint()),
       m_reading(correctsEdges() ? Reading::Candidates : Reading::Batch),
@@ -93,6 +91,15 @@ TrianglePass::TrianglePass(IsaGjkRegistration& isaGjk, MeshQuery& query, const b
       m_points(double(m_limits.breakingThreshold)),
       m_region(region)
 {
+}
+
+/// @param region null: none
+CoreFrame TrianglePass::frameOf(MeshRegion* region) const
+{
+    const btTransform &core = m_convex.getWorldTransform(), &mesh = m_mesh.getWorldTransform();
+    if (m_side.kind == ConvexKind::Sphere || m_side.kind == ConvexKind::Support)
+        return CoreFrame(core, mesh, FrameAxes::World);
+    return region != nullptr ? region->frameOf(core, mesh) : CoreFrame(core, mesh, FrameAxes::Core);
 }
 
 bool TrianglePass::showsEveryPoint() const

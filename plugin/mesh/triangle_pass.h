@@ -101,6 +101,7 @@ private:
         Candidates  ///< it is kept, since contacts at edges are corrected by their neighbours
     };
 
+    CoreFrame frameOf(MeshRegion* region) const;
     bool correctsEdges() const;
     void readMesh();
     void readCandidates();
