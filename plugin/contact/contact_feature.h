@@ -6,6 +6,7 @@
 #include "cullet/plugin/shapes/convex_shape.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 
 namespace cullet
@@ -27,11 +28,19 @@ public:
     /// @param fan       the faces around the vertex, for a hull without a graph; or null
     ContactFace(const PosedShape& shape, const Eigen::Vector3d& direction, std::int32_t vertex,
                 const VertexFan<btScalar>* fan = nullptr)
-        : m_shape(shape), m_fan(fan), m_isSimilarity(isSimilarity())
+        : m_shape(shape),
+          m_fan(fan),
+          m_hasSides(shape.hull().kind() == HullKind::Polygon && fan == nullptr),
+          m_isSimilarity(!m_hasSides && isSimilarity())
     {
         const HullKind kind = shape.hull().kind();
         if (kind != HullKind::Polygon && kind != HullKind::Solid && fan == nullptr)
             return;
+        if (m_hasSides)
+        {
+            findSide(direction);
+            return;
+        }
         if (m_isSimilarity)
             mapToHull(direction);
         else
@@ -64,6 +73,8 @@ public:
     /// The face's outward unit normal in world space.
     Eigen::Vector3d normal() const
     {
+        if (m_hasSides)
+            return (m_face == 0 ? m_ofFirstSide : Eigen::Vector3d(-m_ofFirstSide)).normalized();
         const Eigen::Vector3d& n = faceNormal(m_face);
         if (!m_isSimilarity)
             return (m_normalMap * n).normalized();
@@ -132,6 +143,29 @@ private:
             m_normalMap.row(i) = side * basis.row((i + 1) % 3).cross(basis.row((i + 2) % 3));
     }
 
+    /// Chooses one of the two faces of a polygon, which are back to back.
+    void findSide(const Eigen::Vector3d& direction)
+    {
+        const Eigen::Vector3d& n = faceNormal(0);
+        if (n.x() == 0.0 && n.y() == 0.0)
+        {
+            // Of the map for normals, a triangle needs one column.
+            const Eigen::Matrix3d basis = m_shape.basis();
+            m_ofFirstSide = basis.col(0).cross(basis.col(1)) * (isMirrored() ? -n.z() : n.z());
+        }
+        else
+        {
+            makeNormalMap();
+            m_ofFirstSide = m_normalMap * n;
+        }
+        const double along = m_ofFirstSide.dot(direction);
+        // A NaN makes the comparison false.
+        if (!(std::abs(along) > 0.0))
+            return;
+        m_face = along > 0.0 ? 0 : 1;
+        m_alignment = std::abs(along) / m_ofFirstSide.norm();
+    }
+
     struct Best
     {
         std::int32_t face = -1;
@@ -191,7 +225,10 @@ private:
     Eigen::Vector3d m_local;
     double m_scale = 1.0;         ///< of the basis, if m_isSimilarity
     Eigen::Matrix3d m_normalMap;  ///< for normals, unless m_isSimilarity
-    bool m_isSimilarity;
+    Eigen::Vector3d
+        m_ofFirstSide;      ///< the normal of the first face in world space, of any length, if m_hasSides
+    const bool m_hasSides;  ///< a polygon
+    const bool m_isSimilarity;
     std::int32_t m_face = -1;
     double m_alignment = 0.0;
 };

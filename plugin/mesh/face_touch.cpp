@@ -65,6 +65,21 @@ bool comesFirst(const Hull<btScalar>& hull, std::int32_t i, std::int32_t j)
     const auto place = [&](std::int32_t v) { return std::make_tuple(hull.x()[v], hull.y()[v], hull.z()[v]); };
     return place(i) < place(j);
 }
+
+/// The vertex that comes first.
+///
+/// @param vertices a bit for each
+std::int32_t firstOf(const Hull<btScalar>& hull, std::uint64_t vertices)
+{
+    std::int32_t first = -1;
+    for (; vertices != 0; vertices &= vertices - 1)
+    {
+        const std::int32_t vertex = __builtin_ctzll(vertices);
+        if (first < 0 || comesFirst(hull, vertex, first))
+            first = vertex;
+    }
+    return std::max(first, 0);
+}
 }  // namespace
 
 bool isOver(const Eigen::Vector3d (&corners)[3], const Eigen::Vector3d& point)
@@ -242,16 +257,19 @@ FaceTouch::Lowest FaceTouch::lowestAlong(const PosedShape& core, const Eigen::Ve
     // Compilers cannot prove that a hull has a vertex.
     heights[0] = 0.0;
     measureHeights(hull, core.basis().transpose() * direction, heights);
-    double least = heights[0];
-    for (std::size_t i = 1; i < static_cast<std::size_t>(hull.vertexCount()); ++i)
-        least = heights[i] < least ? heights[i] : least;
-    std::int32_t lowest = -1;
-    for (std::int32_t i = 0; i < hull.vertexCount(); ++i)
-    {
-        if (heights[static_cast<std::size_t>(i)] == least && (lowest < 0 || comesFirst(hull, i, lowest)))
-            lowest = i;
-    }
-    return {std::max(lowest, 0), least};
+    const auto count = static_cast<std::size_t>(hull.vertexCount());
+    // The lanes that are left repeat the first vertex.
+    for (std::size_t i = count; i % 4 != 0; ++i)
+        heights[i] = heights[0];
+    LaneNumbers lowest = LaneNumbers::load(heights.data());
+    for (std::size_t i = 4; i < count; i += 4)
+        lowest = LaneNumbers::smaller(LaneNumbers::load(&heights[i]), lowest);
+    lowest = LaneNumbers::smaller(lowest, lowest.lanes<2, 3, 0, 1>());
+    const double least = LaneNumbers::smaller(lowest, lowest.lanes<1, 0, 3, 2>())[0];
+    std::uint64_t areLowest = 0;
+    for (std::size_t i = 0; i < count; i += 4)
+        areLowest |= std::uint64_t((LaneNumbers::load(&heights[i]) == LaneNumbers(least)).bits()) << i;
+    return {firstOf(hull, areLowest & ((std::uint64_t(1) << count) - 1)), least};
 }
 
 /// A corner of the polygon that is one of the lowest and over the triangle.

@@ -165,10 +165,9 @@ void MeshAlgorithm::process(const btCollisionObjectWrapper& a, const btCollision
     const btCollisionShape* const core = coreOf(*convex.getCollisionShape(), *asked);
     if (core == nullptr)
         return runBulletsLoop(&a, &b, info, &result);
-    TrianglePass pass(m_isaGjk, *asked, *core, convex, mesh, *m_dispatcher, info, result);
+    TrianglePass pass(m_isaGjk, *asked, *core, convex, mesh, *m_dispatcher, info, result, region);
     if (!pass.isPossible())
         return runBulletsLoop(&a, &b, info, &result);
-    pass.setRegion(region);
     // Of a pair that has hardly moved.
     if (asked->kept != nullptr && asked->kept->isStored())
         pass.hashTriangles();

@@ -52,18 +52,18 @@ class MeshPoints::Selection
 {
 public:
     Selection(const MeshPoints& points, int first)
-        : m_set(points), m_merge2(points.m_threshold * points.m_threshold), m_count(points.m_count)
+        : m_merge2(points.m_threshold * points.m_threshold), m_count(points.m_count)
     {
-        const double range = m_set.m_threshold - m_set[first].distance;
+        const double range = points.m_threshold - points[first].distance;
         for (int i = 0; i < m_count; ++i)
         {
-            const MeshPoint& point = m_set[i];
-            Row& row = m_rows[static_cast<std::size_t>(i)];
-            row.feature << point.place, kDepthScale * point.distance;
-            row.weight = range > 0.0 ? (m_set.m_threshold - point.distance) / range : 1.0;
-            m_order[static_cast<std::size_t>(i)] = i;
+            const MeshPoint& point = points[i];
+            Row& added = row(i);
+            added.feature << point.place, kDepthScale * point.distance;
+            added.weight = range > 0.0 ? (points.m_threshold - point.distance) / range : 1.0;
+            added.place = i;
         }
-        exchange(first, 0);
+        std::swap(row(first), row(0));
     }
 
     /// Selects one more point.
@@ -76,9 +76,9 @@ public:
         double highest = 0.0;
         for (int i = m_selected; i < m_count; ++i)
         {
-            const Row& row = rowAt(i);
-            const double score = row.weight * row.away2;
-            if (row.away2 > kBetween * kBetween * m_merge2 && score > highest * (1.0 + kBetter))
+            const Row& other = row(i);
+            const double score = other.weight * other.away2;
+            if (other.away2 > kBetween * kBetween * m_merge2 && score > highest * (1.0 + kBetter))
             {
                 best = i;
                 highest = score;
@@ -86,58 +86,48 @@ public:
         }
         if (best < 0)
             return false;
-        exchange(best, m_selected++);
+        std::swap(row(best), row(m_selected++));
         return true;
     }
 
     int selected() const { return m_selected; }
     /// Of the selected points, in the set.
-    int place(int i) const { return m_order[static_cast<std::size_t>(i)]; }
+    int place(int i) const { return m_rows[static_cast<std::size_t>(i)].place; }
 
 private:
-    const MeshPoint& point(int i) const { return m_set[place(i)]; }
-
     struct Row
     {
         Feature feature;
         double weight;
         double away2;  ///< from the nearest line between two selected features
+        int place;     ///< of the point in the set
     };
 
-    Row& rowAt(int i) { return m_rows[static_cast<std::size_t>(m_order[static_cast<std::size_t>(i)])]; }
-
-    void exchange(int i, int j)
-    {
-        std::swap(m_order[static_cast<std::size_t>(i)], m_order[static_cast<std::size_t>(j)]);
-    }
+    Row& row(int i) { return m_rows[static_cast<std::size_t>(i)]; }
 
     /// Takes the last selected point into account. Removes the points that the manifold would merge with it.
     void measureLast()
     {
         const int last = m_selected - 1;
-        const Feature& feature = rowAt(last).feature;
+        const Feature feature = row(last).feature;
         for (int i = m_count - 1; i >= m_selected; --i)
         {
-            if ((point(i).place - point(last).place).squaredNorm() <= m_merge2)
-            {
-                exchange(i, --m_count);
-                continue;
-            }
-            if (last == 0)
-                rowAt(i).away2 = (rowAt(i).feature - feature).squaredNorm();
+            const Feature way = row(i).feature - feature;
+            if (way.head<3>().squaredNorm() <= m_merge2)
+                std::swap(row(i), row(--m_count));
+            else if (last == 0)
+                row(i).away2 = way.squaredNorm();
         }
         for (int j = 0; j < last; ++j)
         {
-            const Line line(feature, rowAt(j).feature);
+            const Line line(feature, row(j).feature);
             for (int i = m_selected; i < m_count; ++i)
-                rowAt(i).away2 = std::min(rowAt(i).away2, line.distance2To(rowAt(i).feature));
+                row(i).away2 = std::min(row(i).away2, line.distance2To(row(i).feature));
         }
     }
 
-    const MeshPoints& m_set;
     const double m_merge2;  ///< square of the distance below which the manifold merges points
     int m_count, m_selected = 1;
-    std::array<int, kRoom> m_order;
     std::array<Row, kRoom> m_rows;
 };
 

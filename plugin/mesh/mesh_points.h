@@ -53,6 +53,14 @@ public:
 
     void clear() { m_count = 0; }
 
+    /// Moves the points of another set behind those of this one.
+    void take(MeshPoints& others)
+    {
+        for (int i = 0; i < others.m_count; ++i)
+            add(others[i]);
+        others.clear();
+    }
+
     /// @param most 1 to kKept
     void reduce(int most);
 

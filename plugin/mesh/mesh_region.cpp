@@ -37,6 +37,7 @@ try
     if (!m_nodes->areReadInOrder() || !addLeaves(box, most))
         return forget();
     makeBlocks();
+    makeGroups();
     m_triangles.clear();
     m_triangles.reserve(m_leaves.size());
 }
@@ -84,24 +85,33 @@ void MeshRegion::makeBlocks()
     }
 }
 
-/// Those of the leaves of a block that a box overlaps, a bit for each.
-unsigned MeshRegion::nearLeaves(std::size_t block, const BulletBox& box) const
+void MeshRegion::makeGroups()
 {
-    const std::size_t begin = block * kBlock, count = std::min(m_leaves.size() - begin, kBlock);
-    if (!m_nodes->isQuantized())
+    m_groups.clear();
+    m_groups.resize((m_blocks.size() + kBlock - 1) / kBlock);
+    for (std::size_t i = 0; i < m_blocks.size(); ++i)
     {
-        unsigned near = 0;
-        for (std::size_t i = 0; i < count; ++i)
-            near |= unsigned(m_nodes->overlaps(box, m_leaves[begin + i])) << i;
-        return near;
+        const std::size_t count = std::min(m_leaves.size() - i * kBlock, kBlock);
+        Block& group = m_groups[i / kBlock];
+        for (std::size_t axis = 0; axis < 3; ++axis)
+        {
+            const auto &min = m_blocks[i].min[axis], &max = m_blocks[i].max[axis];
+            group.min[axis][i % kBlock] = *std::min_element(min, min + count);
+            group.max[axis][i % kBlock] = *std::max_element(max, max + count);
+        }
     }
+}
+
+/// Those of the boxes that a box overlaps, a bit for each.
+unsigned MeshRegion::Block::near(const BulletBox& box, std::size_t count) const
+{
     using Eight = VectorOf<unsigned short, kBlock>::Type;
     MaskOf<Eight> areNear = MaskOf<Eight>{} - 1;
     for (std::size_t axis = 0; axis < 3; ++axis)
     {
         Eight low, high;
-        std::memcpy(&low, m_blocks[block].min[axis], sizeof(low));
-        std::memcpy(&high, m_blocks[block].max[axis], sizeof(high));
+        std::memcpy(&low, min[axis], sizeof(low));
+        std::memcpy(&high, max[axis], sizeof(high));
         areNear &= (low <= Eight{} + box.quantizedMax[axis]) & (high >= Eight{} + box.quantizedMin[axis]);
     }
     areNear &= MaskOf<Eight>{1, 2, 4, 8, 16, 32, 64, 128};
@@ -111,6 +121,26 @@ unsigned MeshRegion::nearLeaves(std::size_t block, const BulletBox& box) const
     bits |= bits >> 32;
     bits |= bits >> 16;
     return static_cast<unsigned>(bits) & ((1u << count) - 1);
+}
+
+/// Those of the blocks of a group that may have leaves which a box overlaps.
+unsigned MeshRegion::nearBlocks(std::size_t group, const BulletBox& box) const
+{
+    const std::size_t blocks = (m_leaves.size() + kBlock - 1) / kBlock,
+                      count = std::min(blocks - group * kBlock, kBlock);
+    return m_nodes->isQuantized() ? m_groups[group].near(box, count) : (1u << count) - 1;
+}
+
+/// Those of the leaves of a block that a box overlaps.
+unsigned MeshRegion::nearLeaves(std::size_t block, const BulletBox& box) const
+{
+    const std::size_t begin = block * kBlock, count = std::min(m_leaves.size() - begin, kBlock);
+    if (m_nodes->isQuantized())
+        return m_blocks[block].near(box, count);
+    unsigned near = 0;
+    for (std::size_t i = 0; i < count; ++i)
+        near |= unsigned(m_nodes->overlaps(box, m_leaves[begin + i])) << i;
+    return near;
 }
 
 void MeshRegion::readTriangles()
@@ -146,12 +176,16 @@ bool MeshRegion::anyLeaf(const btVector3& low, const btVector3& high, const Visi
     m_nodes->setQuery(low, high, box);
     if (m_leaves.empty() || !m_nodes->overlap(box, m_bounds))
         return false;
-    for (std::size_t block = 0; block * kBlock < m_leaves.size(); ++block)
+    for (std::size_t group = 0; group * kBlock * kBlock < m_leaves.size(); ++group)
     {
-        for (unsigned near = nearLeaves(block, box); near != 0; near &= near - 1)
+        for (unsigned blocks = nearBlocks(group, box); blocks != 0; blocks &= blocks - 1)
         {
-            if (visit(block * kBlock + static_cast<std::size_t>(__builtin_ctz(near))))
-                return true;
+            const std::size_t block = group * kBlock + static_cast<std::size_t>(__builtin_ctz(blocks));
+            for (unsigned near = nearLeaves(block, box); near != 0; near &= near - 1)
+            {
+                if (visit(block * kBlock + static_cast<std::size_t>(__builtin_ctz(near))))
+                    return true;
+            }
         }
     }
     return false;

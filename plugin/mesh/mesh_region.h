@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include "cullet/plugin/mesh/triangle_batch.h"
 #include "cullet/plugin/queries/bullet_nodes.h"
 
 #include <BulletCollision/CollisionShapes/btConcaveShape.h>
@@ -42,6 +43,12 @@ public:
     /// @pre covers()
     void forEachTriangle(btTriangleCallback& callback, const btVector3& low, const btVector3& high);
 
+    /// The frame along the axes of a core.
+    CoreFrame frameOf(const btTransform& core, const btTransform& mesh)
+    {
+        return m_lastFrame.frameOf(core, mesh);
+    }
+
 private:
     /// Neighbours in the order of the tree lie close together.
     static constexpr std::size_t kBlock = 8;
@@ -52,14 +59,18 @@ private:
         TriangleName name;
     };
 
-    /// The boxes of kBlock leaves, coordinate by coordinate.
+    /// The boxes of kBlock leaves or blocks, coordinate by coordinate.
     struct Block
     {
+        unsigned near(const BulletBox& box, std::size_t count) const;
+
         unsigned short min[3][kBlock], max[3][kBlock];
     };
 
     bool addLeaves(const BulletBox& box, std::size_t most);
     void makeBlocks();
+    void makeGroups();
+    unsigned nearBlocks(std::size_t group, const BulletBox& box) const;
     unsigned nearLeaves(std::size_t block, const BulletBox& box) const;
     void readTriangles();
     template <class Visit>
@@ -70,8 +81,10 @@ private:
     btVector3 m_low, m_high;
     std::vector<std::uint32_t> m_leaves;  ///< nodes, in the order of the tree
     BulletBox m_bounds;                   ///< of all leaves
-    std::vector<Block> m_blocks;          ///< of a quantized tree
+    std::vector<Block> m_blocks;          ///< of leaves, for a quantized tree
+    std::vector<Block> m_groups;          ///< of blocks, likewise
     std::vector<Triangle> m_triangles;    ///< of the leaves, once one is asked for
+    LastFrame m_lastFrame;
 };
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
 
 namespace cullet
@@ -178,6 +179,32 @@ CoreFrame::CoreFrame(const btTransform& core, const btTransform& mesh, FrameAxes
     }
     // A NaN makes the comparison false.
     m_isUsable = distortion < kMostDistortion && m_meshBasis.allFinite() && m_meshOrigin.allFinite();
+}
+
+CoreFrame::CoreFrame(const btTransform& core, const btTransform& mesh, const CoreFrame& turned)
+    : CoreFrame(turned)
+{
+    m_origin = toEigen(core.getOrigin()).cast<double>();
+    m_meshOrigin = m_axes.transpose() * (toEigen(mesh.getOrigin()).cast<double>() - m_origin);
+    m_isUsable = turned.m_isUsable && m_meshOrigin.allFinite();
+}
+
+LastFrame::Bases::Bases(const btTransform& core, const btTransform& mesh)
+{
+    for (int row = 0; row < 3; ++row)
+    {
+        std::copy_n(core.getBasis()[row].m_floats, 3, numbers + 3 * row);
+        std::copy_n(mesh.getBasis()[row].m_floats, 3, numbers + 9 + 3 * row);
+    }
+}
+
+CoreFrame LastFrame::frameOf(const btTransform& core, const btTransform& mesh)
+{
+    const Bases bases(core, mesh);
+    if (m_bases && m_frame->isUsable() && std::memcmp(&bases, &*m_bases, sizeof(bases)) == 0)
+        return CoreFrame(core, mesh, *m_frame);
+    m_bases = bases;
+    return m_frame.emplace(core, mesh, FrameAxes::Core);
 }
 
 btTransform CoreFrame::coreBasis() const

@@ -10,6 +10,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 
 namespace cullet
 {
@@ -33,6 +34,10 @@ public:
     /// @param core  the convex body's transform
     /// @param mesh  the mesh's
     CoreFrame(const btTransform& core, const btTransform& mesh, FrameAxes axes);
+    /// A frame along the axes of the core.
+    ///
+    /// @param turned frame along the axes of a core with the same basis, for a mesh with the same basis
+    CoreFrame(const btTransform& core, const btTransform& mesh, const CoreFrame& turned);
 
     /// Whether the core's basis is nearly a rotation, and no number is infinite or NaN.
     bool isUsable() const { return m_isUsable; }
@@ -68,6 +73,23 @@ private:
     Eigen::Matrix3d m_coreBasis, m_meshBasis;
     Eigen::Vector3d m_meshOrigin;
     bool m_isUsable;
+};
+
+/// The last frame along the axes of a core: the children of a compound often have the same basis.
+class LastFrame
+{
+public:
+    CoreFrame frameOf(const btTransform& core, const btTransform& mesh);
+
+private:
+    struct Bases
+    {
+        Bases(const btTransform& core, const btTransform& mesh);
+
+        btScalar numbers[18];
+    };
+    std::optional<Bases> m_bases;
+    std::optional<CoreFrame> m_frame;
 };
 
 /// An axis that may separate a core from triangles, in the core's frame.

@@ -73,7 +73,8 @@ void rememberDirection(const Eigen::Vector3d& direction, GjkCache<btScalar>& cac
 
 TrianglePass::TrianglePass(IsaGjkRegistration& isaGjk, MeshQuery& query, const btCollisionShape& core,
                            const btCollisionObjectWrapper& convex, const btCollisionObjectWrapper& mesh,
-                           btDispatcher& dispatcher, const btDispatcherInfo& info, btManifoldResult& result)
+                           btDispatcher& dispatcher, const btDispatcherInfo& info, btManifoldResult& result,
+                           MeshRegion* region)
     : m_isaGjk(isaGjk),
       m_query(query),
       m_convex(convex),
@@ -82,15 +83,23 @@ TrianglePass::TrianglePass(IsaGjkRegistration& isaGjk, MeshQuery& query, const b
       m_dispatcher(dispatcher),
       m_info(info),
       m_result(result),
-      m_frame(convex.getWorldTransform(), mesh.getWorldTransform(),
-              m_side.kind == ConvexKind::Sphere || m_side.kind == ConvexKind::Support ? FrameAxes::World
-                                                                                      : FrameAxes::Core),
+      m_frame(frameOf(region)),
       m_limits{marginOfMesh(m_side, mesh), query.manifold.getContactBreakingThreshold()},
       m_showsEveryPoint(showsEveryPoint()),
       m_reading(correctsEdges() ? Reading::Candidates : Reading::Batch),
       m_touches(double(m_limits.breakingThreshold)),
-      m_points(double(m_limits.breakingThreshold))
+      m_points(double(m_limits.breakingThreshold)),
+      m_region(region)
 {
+}
+
+/// @param region null: none
+CoreFrame TrianglePass::frameOf(MeshRegion* region) const
+{
+    const btTransform &core = m_convex.getWorldTransform(), &mesh = m_mesh.getWorldTransform();
+    if (m_side.kind == ConvexKind::Sphere || m_side.kind == ConvexKind::Support)
+        return CoreFrame(core, mesh, FrameAxes::World);
+    return region != nullptr ? region->frameOf(core, mesh) : CoreFrame(core, mesh, FrameAxes::Core);
 }
 
 bool TrianglePass::showsEveryPoint() const
@@ -309,12 +318,22 @@ void TrianglePass::addTouch(int i)
     const TriangleBatch::Triangle triangle = m_batch.triangle(i);
     if (m_search->isTouchAlone())
         return m_search->addTouch(m_search->placeOnConvex(), triangle, m_points);
-    const Eigen::Vector3d place = m_bounds ? m_batch.middleWithin(i, *m_bounds) : m_search->placeOnConvex();
-    m_search->addTouch(place, triangle, m_touches);
+    // Of few triangles, each has its patch, and the search is still there.
+    if (!m_bounds)
+        return m_search->addPatch(triangle, m_touches);
+    m_search->addTouch(m_batch.middleWithin(i, *m_bounds), triangle, m_touches);
 }
 
 void TrianglePass::makePatches()
 {
+    if (!m_bounds)
+    {
+        // Points without a patch come first, and are rare.
+        if (m_points.count() > 0)
+            m_points.take(m_touches);
+        m_found = m_points.count() > 0 ? &m_points : &m_touches;
+        return;
+    }
     if (m_touches.count() > kMostPatches)
         m_touches.reduce(kMostPatches);
     for (int i = 0; i < m_touches.count(); ++i)
@@ -332,7 +351,7 @@ void TrianglePass::showPoints()
 {
     makePatches();
     addToManifold([] {});
-    m_points.clear();
+    m_found->clear();
 }
 
 /// What is known of a triangle from the last step, which came in the same order, with some more and some fewer.
@@ -422,15 +441,15 @@ void TrianglePass::storeAxes()
 void TrianglePass::renewManifold()
 {
     makePatches();
-    m_points.reduce(m_isaGjk.options().patchPoints);
+    m_found->reduce(m_isaGjk.options().patchPoints);
     ManifoldRenewal renewal(m_query.manifold);
-    if (m_points.count() > 0 && m_query.manifold.getNumContacts() > 0)
+    if (m_found->count() > 0 && m_query.manifold.getNumContacts() > 0)
     {
-        for (int i = 0; i < m_points.count(); ++i)
-            renewal.renew(m_frame.toWorld(m_points[i].place));
+        for (int i = 0; i < m_found->count(); ++i)
+            renewal.renew(m_frame.toWorld((*m_found)[i].place));
         renewal.removeOthers();
     }
-    if (m_points.count() > 0 && !m_showsEveryPoint && PointUpdate::isPossible(m_result))
+    if (m_found->count() > 0 && !m_showsEveryPoint && PointUpdate::isPossible(m_result))
         addAtOnce(renewal);
     else
         addToManifold([&] { renewal.removeFirst(); });
@@ -440,9 +459,9 @@ void TrianglePass::renewManifold()
 void TrianglePass::addAtOnce(ManifoldRenewal& renewal)
 {
     PointUpdate update(m_result, m_query.manifold);
-    for (int i = 0; i < m_points.count(); ++i)
+    for (int i = 0; i < m_found->count(); ++i)
     {
-        const MeshPoint& point = m_points[i];
+        const MeshPoint& point = (*m_found)[i];
         identify(m_result, m_mesh, point.triangle.part, point.triangle.index);
         update.add(m_frame.turnedToWorld(point.normal),
                    m_frame.toWorld(point.place - point.distance * point.normal),
@@ -457,20 +476,20 @@ void TrianglePass::addAtOnce(ManifoldRenewal& renewal)
 template <class AfterEach>
 void TrianglePass::addToManifold(const AfterEach& afterEach)
 {
-    for (int i = 0; i < m_points.count();)
+    for (int i = 0; i < m_found->count();)
     {
-        const TriangleBatch::Triangle& triangle = m_points[i].triangle;
+        const TriangleBatch::Triangle& triangle = (*m_found)[i].triangle;
         const WrappedTriangle wrapped(m_mesh, triangle);
         const ShownTriangle shown(m_result, m_mesh, wrapped.wrap());
         do
         {
-            const MeshPoint& point = m_points[i];
+            const MeshPoint& point = (*m_found)[i];
             m_result.addContactPoint(m_frame.turnedToWorld(point.normal),
                                      m_frame.toWorld(point.place - point.distance * point.normal),
                                      static_cast<btScalar>(point.distance));
             afterEach();
             ++i;
-        } while (i < m_points.count() && areSame(m_points[i].triangle, triangle));
+        } while (i < m_found->count() && areSame((*m_found)[i].triangle, triangle));
     }
 }
 }  // namespace CULLET_PRECISION

@@ -63,18 +63,16 @@ struct MeshQuery
 class TrianglePass final : public btTriangleCallback
 {
 public:
-    /// @param core the shape of the convex body, or a hull in place of it
+    /// @param core   the shape of the convex body, or a hull in place of it
+    /// @param region from which run() reads the triangles that it covers; null: none
     TrianglePass(IsaGjkRegistration& isaGjk, MeshQuery& query, const btCollisionShape& core,
                  const btCollisionObjectWrapper& convex, const btCollisionObjectWrapper& mesh,
-                 btDispatcher& dispatcher, const btDispatcherInfo& info, btManifoldResult& result);
+                 btDispatcher& dispatcher, const btDispatcherInfo& info, btManifoldResult& result,
+                 MeshRegion* region);
 
     /// False for a pose that is no rotation or not finite.
     bool isPossible() const { return m_frame.isUsable(); }
 
-    /// Lets run() read triangles from a region, if it covers them.
-    ///
-    /// @param region null: none
-    void setRegion(MeshRegion* region) { m_region = region; }
     /// Lets run() hash the triangles that it reads.
     void hashTriangles() { m_hash.emplace(); }
     /// The triangles that run() has hashed, and the box in which they are.
@@ -103,6 +101,7 @@ private:
         Candidates  ///< it is kept, since contacts at edges are corrected by their neighbours
     };
 
+    CoreFrame frameOf(MeshRegion* region) const;
     bool correctsEdges() const;
     void readMesh();
     void readCandidates();
@@ -142,9 +141,8 @@ private:
     btManifoldResult& m_result;
     CoreFrame m_frame;
     MeshLimits m_limits;
-    btVector3 m_boxMin, m_boxMax;    ///< of the convex body, in the mesh's frame
-    btVector3 m_readMin, m_readMax;  ///< the box whose triangles are read
-    MeshRegion* m_region = nullptr;
+    btVector3 m_boxMin, m_boxMax;            ///< of the convex body, in the mesh's frame
+    btVector3 m_readMin, m_readMax;          ///< the box whose triangles are read
     std::optional<TriangleHash> m_hash;      ///< of the triangles that are read, if there shall be one
     std::optional<TriangleSearch> m_search;  ///< exists once there are triangles
     std::optional<CoreBounds> m_bounds;      ///< exist once there are more than kMostPatches triangles
@@ -155,8 +153,10 @@ private:
     Reading m_reading;
     std::size_t m_candidate = 0;  ///< of the last corrected triangle
     TriangleBatch m_batch;
-    MeshPoints m_touches;  ///< without their patches
+    MeshPoints m_touches;  ///< without their patches; of few triangles, the points of these
     MeshPoints m_points;
+    MeshPoints* m_found = &m_points;  ///< all points, after makePatches()
+    MeshRegion* const m_region;
 };
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

@@ -14,6 +14,9 @@ inline namespace CULLET_PRECISION
 {
 namespace
 {
+/// In sizes of a box, the size of triangles that a sphere around it is compared with.
+constexpr double kMuchLarger = 5.0;
+
 /// Times the limit of a sphere's contacts: closer to its centre, a point of a triangle gives no direction.
 constexpr double kOnTriangle = 1e-6;
 
@@ -28,6 +31,14 @@ double highestOf(const Eigen::Vector3d (&corners)[3], const Eigen::Vector3d& dir
 Eigen::Vector3d outOf(const Eigen::Vector3d (&corners)[3], int i, const Eigen::Vector3d& across)
 {
     return (corners[(i + 1) % 3] - corners[i]).cross(across);
+}
+
+/// Half extents of a box along the axes of the frame in which it is placed; 0 for other shapes.
+Eigen::Vector3d halfOf(const ConvexSide& side, const std::optional<PosedShape>& core)
+{
+    // The core is the image of a cube.
+    return side.kind == ConvexKind::Box && core ? Eigen::Vector3d(core->basis().cwiseAbs().rowwise().sum())
+                                                : Eigen::Vector3d(Eigen::Vector3d::Zero());
 }
 
 /// Decided by the points of a hull, whether it has a graph or not.
@@ -48,7 +59,8 @@ TriangleSearch::TriangleSearch(IsaGjkRegistration& isaGjk, const ConvexSide& con
       m_pair(ConvexSide(convex.shape, m_coreAt), ConvexSide(m_triangle, m_triangleAt)),
       m_limit(convex.margin + limits.meshMargin + limits.breakingThreshold),
       m_cores(poseShape(convex.shape, convex.kind, m_coreAt, hulls[0], isaGjk.pass())),
-      m_size(radiusOf(m_pair.a, m_cores.a))
+      m_size(radiusOf(m_pair.a, m_cores.a)),
+      m_half(halfOf(m_pair.a, m_cores.a))
 {
 }
 
@@ -69,11 +81,7 @@ CoreBounds TriangleSearch::bounds() const
     if (m_pair.a.kind == ConvexKind::Sphere)
         return {Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
     if (m_pair.a.kind == ConvexKind::Box)
-    {
-        // The core is the image of a cube.
-        const Eigen::Vector3d half = m_cores.a->basis().cwiseAbs().rowwise().sum();
-        return {-half, half};
-    }
+        return {-m_half, m_half};
     CoreBounds bounds;
     if (m_pair.a.kind == ConvexKind::Support)
     {
@@ -149,9 +157,14 @@ double TriangleSearch::noiseAt(const Corners& corners) const
 
 bool TriangleSearch::isFar(const Corners& corners) const
 {
-    const Eigen::Vector3d across = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
     if (m_pair.a.kind == ConvexKind::Sphere)
         return false;
+    if (m_pair.a.kind == ConvexKind::Box)
+    {
+        if (const std::optional<bool> isFarAway = isFarFromBox(corners))
+            return *isFarAway;
+    }
+    const Eigen::Vector3d across = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
     if (m_pair.a.kind == ConvexKind::Support)
         return isApartAlong(corners, farthestSide(corners, across));
     const double reach = m_size + double(m_limit) + noiseAt(corners), reach2 = reach * reach;
@@ -166,6 +179,21 @@ bool TriangleSearch::isFar(const Corners& corners) const
     };
     return isBehind(across, 0) || isBehind(-across, 0) || isBehind(outOf(corners, 0, across), 0) ||
            isBehind(outOf(corners, 1, across), 1) || isBehind(outOf(corners, 2, across), 2);
+}
+
+/// isFar() for a box.
+///
+/// @return nothing if a sphere around it may drop more: only triangles that are much larger
+std::optional<bool> TriangleSearch::isFarFromBox(const Corners& corners) const
+{
+    const Eigen::Vector3d low = corners[0].cwiseMin(corners[1]).cwiseMin(corners[2]),
+                          high = corners[0].cwiseMax(corners[1]).cwiseMax(corners[2]);
+    // Of the gaps on both sides along an axis, one is negative.
+    if ((low.cwiseMax(-high) - m_half).maxCoeff() > double(m_limit) + noiseAt(corners))
+        return true;
+    if ((high - low).maxCoeff() < kMuchLarger * m_size)
+        return false;
+    return {};
 }
 
 /// Of the directions out of the sides of a triangle, in its plane, the one along which the core's origin is farthest
@@ -330,6 +358,13 @@ void TriangleSearch::addPatch(const MeshPoint& touch, const Corners& corners, Me
     if (!isPlaced(corners))
         place(corners);
     m_touch = touch.touch;
+    addPatch(touch.triangle, points);
+}
+
+void TriangleSearch::addPatch(const TriangleBatch::Triangle& triangle, MeshPoints& points)
+{
+    if (m_touch.distance > double(m_limit))
+        return;
     // The search has found them, too, or has built a graph.
     m_cores.findFans(m_touch.normal, m_touch.vertexA, m_touch.vertexB);
     const ContactPatch patch =
@@ -342,7 +377,7 @@ void TriangleSearch::addPatch(const MeshPoint& touch, const Corners& corners, Me
         const double distance = double(point.distance);
         const Eigen::Vector3d onMesh = touchedPoint() + toEigen(point.fromTouch).cast<double>();
         points.add({onMesh + (distance - double(m_pair.a.margin)) * m_touch.normal, m_touch.normal,
-                    gapAt(distance), touch.triangle, m_touch});
+                    gapAt(distance), triangle, m_touch});
     }
 }
 }  // namespace CULLET_PRECISION

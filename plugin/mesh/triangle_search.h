@@ -53,8 +53,8 @@ public:
     /// The distance of core and triangle up to which they touch.
     btScalar limit() const { return m_limit; }
 
-    /// Whether a triangle is farther from the core than the limit, in every search: a sphere around the core is beyond its
-    /// plane or one of its sides, or a core that is no polytope is beyond the farthest side. Cheap, and often true where
+    /// Whether a triangle is farther from the core than the limit, in every search: it is beyond a face of a box, a sphere
+    /// around the core is beyond its plane or one of its sides, or a core that is no polytope is beyond the farthest side. Cheap, and often true where
     /// triangles are much larger than the core. Always false for spheres, for which answerAtOnce() is as cheap.
     bool isFar(const Corners& corners) const;
 
@@ -92,12 +92,15 @@ public:
     void turnTouch(const Corners& corners, const Eigen::Vector3d& normal, const Eigen::Vector3d& onTriangle,
                    double distance);
 
-    /// Adds the points of the patch around a touch.
+    /// Adds the points of the patch around the touch, if the shapes are near enough there.
+    void addPatch(const TriangleBatch::Triangle& triangle, MeshPoints& points);
+    /// Adds the points of the patch around an earlier touch.
     ///
     /// @param corners of its triangle
     void addPatch(const MeshPoint& touch, const Corners& corners, MeshPoints& points);
 
 private:
+    std::optional<bool> isFarFromBox(const Corners& corners) const;
     static Eigen::Vector3d farthestSide(const Corners& corners, const Eigen::Vector3d& across);
     double noiseAt(const Corners& corners) const;
     bool isApartAlong(const Corners& corners, const Eigen::Vector3d& direction) const;
@@ -119,7 +122,8 @@ private:
     const btScalar m_limit;
     ConvexCores m_cores;
     const double m_size;
-    Corners m_placed;  ///< of the triangle in m_cores
+    const Eigen::Vector3d m_half;  ///< of a box, along the axes of the frame
+    Corners m_placed;              ///< of the triangle in m_cores
     Touch m_touch;
 };
 }  // namespace CULLET_PRECISION

@@ -223,6 +223,38 @@ RegionCounts expectSameInRegions(btBvhTriangleMeshShape& shape, std::mt19937& en
     return counts;
 }
 
+TEST(LastFrame, HasBitsOfNewFrameForEqualAndOtherBases)
+{
+    std::mt19937 engine(3);
+    std::uniform_real_distribution<btScalar> number(-3, 3);
+    const auto somewhere = [&]
+    {
+        const btScalar x = number(engine), y = number(engine), z = number(engine);
+        return btVector3(x, y, z);
+    };
+    LastFrame last;
+    btTransform core(btTransform::getIdentity()), mesh(btTransform::getIdentity());
+    for (int i = 0; i < 300; ++i)
+    {
+        // Of six steps, four have the bases of the one before.
+        if (i % 6 == 0)
+            core.setRotation(btQuaternion(somewhere().normalized(), number(engine)));
+        if (i % 6 == 3)
+            mesh.setRotation(btQuaternion(somewhere().normalized(), number(engine)));
+        core.setOrigin(somewhere());
+        mesh.setOrigin(somewhere());
+        const CoreFrame kept = last.frameOf(core, mesh), made(core, mesh, FrameAxes::Core);
+        ASSERT_TRUE(kept.isUsable());
+        EXPECT_EQ(kept.meshBasis(), made.meshBasis()) << i;
+        EXPECT_EQ(kept.meshOrigin(), made.meshOrigin()) << i;
+        EXPECT_EQ(kept.coreBasis(), made.coreBasis()) << i;
+        const btVector3 point = somewhere();
+        EXPECT_EQ(kept.ofWorld(point), made.ofWorld(point)) << i;
+    }
+    core.setOrigin(btVector3(std::numeric_limits<btScalar>::quiet_NaN(), 0, 0));
+    EXPECT_FALSE(last.frameOf(core, mesh).isUsable());
+}
+
 TEST(MeshRegion, NamesTrianglesOfSmallerBoxesAsTheShape)
 {
     constexpr unsigned kSeed = 5;
