@@ -30,7 +30,11 @@ if(PROJECT_IS_TOP_LEVEL)
     endforeach()
 endif()
 
+set(CULLET_CLANG_SANITIZES OFF)
 if(CULLET_SANITIZE)
+    if(CMAKE_CXX_COMPILER_ID MATCHES "Clang")
+        set(CULLET_CLANG_SANITIZES ON)
+    endif()
     # Directory scope: a sanitizer has to see every translation unit of a program, not only the libraries.
     add_compile_options("$<$<COMPILE_LANGUAGE:CXX>:-fsanitize=${CULLET_SANITIZE};-fno-sanitize-recover=all;-fno-omit-frame-pointer>")
     if(CULLET_SANITIZE MATCHES "address" AND CULLET_SANITIZE MATCHES "undefined")
