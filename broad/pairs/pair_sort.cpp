@@ -302,10 +302,14 @@ void PairSort::write(std::vector<std::uint64_t>& keys, Pairs& pairs)
     // As in most updates of a small world.
     if (keys.empty())
         return pairs.clear();
-    m_sorted.resizeForOverwrite(sortableCount(keys.size()));
-    sortKeys(keys.data(), m_sorted.data(), keys.size());
-    pairs.resize(keys.size());
-    std::transform(m_sorted.begin(), m_sorted.end(), pairs.begin(), pairOfKey);
+    pairs.resize(sortableCount(keys.size()));
+    // As where all rows of a small world were tested one after the other.
+    const bool areSorted = std::is_sorted(keys.begin(), keys.end());
+    m_sorted.resizeForOverwrite(areSorted ? 0 : keys.size());
+    if (!areSorted)
+        sortKeys(keys.data(), m_sorted.data(), keys.size());
+    const std::uint64_t* const sorted = areSorted ? keys.data() : m_sorted.data();
+    std::transform(sorted, sorted + keys.size(), pairs.begin(), pairOfKey);
     trimCapacity(m_sorted);
 }
 }  // namespace cullet

@@ -136,7 +136,7 @@ public:
     /// @param pairs [out] overwritten
     void write(ParallelLoops& workers, std::vector<KeyList>& lists, Pairs& pairs);
 
-    /// Writes the sorted keys as pairs, in the calling thread; keeps duplicates.
+    /// Writes the sorted keys as pairs, in the calling thread; keeps duplicates. Keys that are in order are only copied.
     ///
     /// @param keys  [in, out] contents are lost
     /// @param pairs [out] overwritten

@@ -487,6 +487,25 @@ TEST(PairSort, EqualsSortingByComparisons)
     }
 }
 
+TEST(PairSort, CopiesKeysOfOneThreadThatAreInOrder)
+{
+    PairSort sort;
+    Pairs expected, pairs;
+    std::vector<std::uint64_t> keys;
+    for (std::uint32_t i = 0; i < 5000; ++i)
+    {
+        expected.push_back({1 + i / 2, 70000 + i});
+        keys.push_back(pairKey(expected.back()));
+    }
+    sort.write(keys, pairs);
+    EXPECT_EQ(pairs, expected);
+    EXPECT_EQ(sort.bytes(), 0u) << "has sorted a copy";
+    std::swap(keys[17], keys[4000]);
+    sort.write(keys, pairs);
+    EXPECT_EQ(pairs, expected);
+    EXPECT_GE(sort.bytes(), 8 * expected.size());
+}
+
 TEST(ModePolicy, WaitsLongerEachTimeThatRestingModeDidNotPay)
 {
     ModePolicy policy;
