@@ -102,7 +102,7 @@ void PairCache::makeLinks()
 }
 
 /// Reserves memory for one more pair, except anchors; throws std::bad_alloc.
-void PairCache::makeRoom()
+inline void PairCache::makeRoom()
 {
     if (m_hash.hasRoom() && (!m_isLinked || size() < m_links.capacity()) &&
         m_pairs.size() < m_pairs.capacity())
@@ -137,11 +137,17 @@ btBroadphasePair* PairCache::addPairUnfiltered(btBroadphaseProxy* proxy0, btBroa
     return isBeingAdded(sorted) ? pairAt(indexOf(sorted)) : addAccepted(sorted);
 }
 
+bool PairCache::appendNew(btBroadphaseProxy* proxy0, btBroadphaseProxy* proxy1)
+{
+    return append(sortById(proxy0, proxy1)) != nullptr;
+}
+
 /// Adds a pair that the filter lets pass, or returns the existing one.
 btBroadphasePair* PairCache::addAccepted(const ProxyPair& sorted)
 {
     if (sorted.first->m_uniqueId == sorted.second->m_uniqueId)
         return nullptr;
+    ++m_searched;
     const std::uint32_t known = indexOf(sorted);
     if (known != kNone)
         return pairAt(known);

@@ -38,6 +38,8 @@ struct PairCacheStats
     std::uint64_t proxies = 0;       ///< proxies with at least one pair; 0 while pairs are not linked
     /// Pairs visited since construction: processed, cleaned, or removed by proxy.
     std::uint64_t visited = 0;
+    /// Searches of the hash since construction, to add pairs.
+    std::uint64_t searched = 0;
     std::uint64_t bytes = 0;  ///< allocated memory
 };
 
@@ -195,6 +197,31 @@ public:
     /// addOverlappingPair() without the filter; null too while the filter of this same pair runs, which then decides.
     btBroadphasePair* addPairUnfiltered(btBroadphaseProxy* proxy0, btBroadphaseProxy* proxy1);
 
+    /// Whether appendNew() may begin: there are no pairs, and no callback that could add one.
+    bool isEmptyAndSilent() const noexcept
+    {
+        return m_pairs.size() == 0 && m_filter == nullptr && m_ghosts == nullptr && m_additions == nullptr;
+    }
+
+    /// addPairUnfiltered() for a pair that is not in the cache, which is not searched. False if there is no memory.
+    /// @pre isEmptyAndSilent() before the first of a sequence of such additions; the ids differ
+    bool appendNew(btBroadphaseProxy* proxy0, btBroadphaseProxy* proxy1);
+
+    /// Prefetches what appendNew() will read, for few bodies; as prefetchAddition().
+    [[gnu::always_inline]] void prefetchAppend(const Pair* coming, std::size_t count) const
+    {
+        if (kPrefetchLate < count)
+            m_hash.prefetch(hashOfPair(inBulletsOrder(coming[kPrefetchLate])));
+    }
+
+    /// Whether this many pairs, of this many bodies, are so few that they stay in the cache of the processor.
+    static bool areFew(std::size_t pairs, std::size_t bodies) noexcept
+    {
+        return pairs <= kFewPairs && bodies <= kFewBodies;
+    }
+    static constexpr std::size_t kFewPairs = 16384;  ///< about 1 MB
+    static constexpr std::size_t kFewBodies = 1024;
+
     /// Prefetches what additions will read, in three stages; to be called for each pair of a list before its addition. In
     /// a large cache nearly all the time of a change is spent on cache misses.
     ///
@@ -304,6 +331,7 @@ private:
     std::uint64_t m_pairsWithoutMemory = 0;
     std::uint32_t m_detachedCount = 0;  ///< entries whose ghost callback is running
     std::uint64_t m_visited = 0;
+    std::uint64_t m_searched = 0;
     bool m_isLinked = true;
 };
 }  // namespace CULLET_PRECISION

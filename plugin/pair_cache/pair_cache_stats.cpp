@@ -36,6 +36,7 @@ PairCacheStats PairCache::stats() const
     stats.rehashes = m_hash.rehashes();
     stats.proxies = m_links.listCount();
     stats.visited = m_visited;
+    stats.searched = m_searched;
     stats.bytes = bytes();
     return stats;
 }

@@ -88,18 +88,10 @@ public:
     /// a pair is detached, or an anchor dropped.
     Anchors anchorsOf(Pair ids)
     {
-        const std::uint64_t before = listCount();
-        const std::uint32_t first = anchorOf(ids.first);
-        try
-        {
-            return {first, anchorOf(ids.second)};
-        }
-        catch (...)
-        {
-            if (listCount() != before)
-                dropIfUnused(ids.first);
-            throw;
-        }
+        const std::uint32_t first = m_directory.find(ids.first), second = m_directory.find(ids.second);
+        if (first != UniqueIdMap::kNoRow && second != UniqueIdMap::kNoRow)
+            return {first | kAnchorBit, second | kAnchorBit};
+        return makeAnchors(ids);
     }
 
     /// Frees an anchor that anchorsOf() created for a pair that was not added, if the proxy has no pair.
@@ -208,6 +200,22 @@ private:
         if (anchor == UniqueIdMap::kNoRow)
             anchor = makeAnchor(id);
         return anchor | kAnchorBit;
+    }
+
+    [[gnu::noinline]] Anchors makeAnchors(Pair ids)
+    {
+        const std::uint64_t before = listCount();
+        const std::uint32_t first = anchorOf(ids.first);
+        try
+        {
+            return {first, anchorOf(ids.second)};
+        }
+        catch (...)
+        {
+            if (listCount() != before)
+                dropIfUnused(ids.first);
+            throw;
+        }
     }
 
     std::uint32_t makeAnchor(std::uint32_t id)

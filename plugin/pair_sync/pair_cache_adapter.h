@@ -73,6 +73,21 @@ public:
         return m_culletCache->addPairUnfiltered(&first, &second) != nullptr;
     }
 
+    /// Whether addNew() may begin: PairCache::isEmptyAndSilent().
+    bool canAddNew() const { return m_culletCache != nullptr && m_culletCache->isEmptyAndSilent(); }
+
+    /// addUnfiltered() without a search, for pairs that are not in the cache. @pre canAddNew() before the first one
+    bool addNew(btBroadphaseProxy& first, btBroadphaseProxy& second)
+    {
+        return m_culletCache->appendNew(&first, &second);
+    }
+
+    /// PairCache::prefetchAppend(). @pre canAddNew() before the first addition
+    [[gnu::always_inline]] void prefetchAppend(const Pair* coming, std::size_t count) const
+    {
+        m_culletCache->prefetchAppend(coming, count);
+    }
+
     /// Prefetches for the additions of the next pairs, if the cache can: PairCache::prefetchAddition().
     [[gnu::always_inline]] void prefetchAddition(const Pair* coming, std::size_t count) const
     {

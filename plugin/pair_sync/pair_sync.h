@@ -104,7 +104,8 @@ private:
     void askAllowedOf(Proxy& proxy, bool isFirst);
     [[gnu::always_inline]] void prefetchAddition(const Pair* coming, std::size_t count,
                                                  bool readsTable) const;
-    void addUnfiltered(Pair pair, float margin);
+    void addUnfiltered(Pair pair, float margin, bool isNew);
+    void addNew(const Pairs& pairs, float margin);
     void tryAdd(Pair pair, float margin);
     void defer(Pair pair, const Proxy& first, const Proxy& second, bool exactBoxesOverlap, float margin);
     void deferNear(Pair pair, const Proxy& first, const Proxy& second, float margin);

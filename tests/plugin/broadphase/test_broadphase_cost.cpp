@@ -54,6 +54,21 @@ TEST(BroadphaseCost, TouchesNoRowInUpdateWithoutChanges)
     EXPECT_TRUE(traffic.hadFilters);
 }
 
+TEST(BroadphaseCost, SearchesNoPairOfBodiesAtOneSpotInEmptyCache)
+{
+    for (const int bodies : {60, 300, 900})
+    {
+        SCOPED_TRACE(testing::Message() << bodies << " bodies");
+        PairCache cache;
+        Broadphase broadphase(&cache);
+        for (int i = 0; i < bodies; ++i)
+            addCube(broadphase, vec(0, 0, 0));
+        broadphase.calculateOverlappingPairs(nullptr);
+        ASSERT_EQ(cache.getNumOverlappingPairs(), bodies * (bodies - 1) / 2);
+        EXPECT_EQ(cache.stats().searched, 0u);
+    }
+}
+
 TEST(BroadphaseCost, VisitsOnlyOwnPairsOfRemovedBodies)
 {
     Broadphase broadphase;
