@@ -3,6 +3,7 @@
 #pragma once
 
 #include "cullet/broad/api.h"
+#include "cullet/broad/huge_vector.h"
 #include "cullet/broad/pair.h"
 #include "cullet/plugin/core/precision.h"
 #include "cullet/plugin/core/proxy_ids.h"
@@ -38,8 +39,9 @@ struct PairCacheStats
     std::uint64_t proxies = 0;       ///< proxies with at least one pair; 0 while pairs are not linked
     /// Pairs visited since construction: processed, cleaned, or removed by proxy.
     std::uint64_t visited = 0;
-    /// Searches of the hash since construction, to add pairs.
+    /// Searches of the hash since construction, to add pairs or to remove batches.
     std::uint64_t searched = 0;
+    std::uint64_t moved = 0;  ///< pairs moved into the entry of a removed one since construction
     std::uint64_t bytes = 0;  ///< allocated memory
 };
 
@@ -251,7 +253,9 @@ public:
     /// removeOverlappingPair() by ids.
     void* removePair(Pair ids, btDispatcher* dispatcher);
 
-    /// removePair() for each pair, in order, with prefetches; returns the number of removed pairs.
+    /// removePair() for each pair, in order, with prefetches; returns the number of removed pairs. Where at least half of all
+    /// leave in ascending order and no callback has to run, they leave at once; that takes 4 bytes per pair for the call, or
+    /// 12 where some stay.
     std::size_t removePairs(const Pair* ids, std::size_t count, btDispatcher* dispatcher);
 
     /// findPair() by ids.
@@ -288,6 +292,11 @@ private:
     bool isPairOf(std::uint32_t index, const btBroadphaseProxy* proxy) const;
     std::uint32_t indexOf(const ProxyPair& sorted) const;
     std::uint32_t indexOf(Pair ids) const;
+    std::uint32_t searchedIndexOf(Pair ids);
+    bool findMost(const Pair* ids, std::size_t count, const btDispatcher* dispatcher,
+                  HugeVector<std::uint32_t>& leaving, HugeVector<std::uint32_t>& places);
+    void removeAll();
+    void removeMost(const HugeVector<std::uint32_t>& leaving, HugeVector<std::uint32_t>& places);
     void makeRoom();
     void growTo(std::size_t pairCount);
     bool isBeingAdded(const ProxyPair& sorted) const;
@@ -332,6 +341,7 @@ private:
     std::uint32_t m_detachedCount = 0;  ///< entries whose ghost callback is running
     std::uint64_t m_visited = 0;
     std::uint64_t m_searched = 0;
+    std::uint64_t m_moved = 0;
     bool m_isLinked = true;
 };
 }  // namespace CULLET_PRECISION

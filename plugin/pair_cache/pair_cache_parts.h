@@ -115,6 +115,13 @@ inline std::uint32_t PairCache::indexOf(Pair ids) const
                        { return idsOf(m_pairs[static_cast<int>(index)]) == sorted; });
 }
 
+/// indexOf() that stats() counts.
+inline std::uint32_t PairCache::searchedIndexOf(Pair ids)
+{
+    ++m_searched;
+    return indexOf(ids);
+}
+
 /// Whether a callback runs for the removal of the pair.
 inline bool PairCache::isBeingRemoved(std::uint32_t index) const
 {

@@ -221,6 +221,7 @@ void PairCache::fillHole(std::uint32_t hole)
 
 void PairCache::movePair(std::uint32_t from, std::uint32_t to)
 {
+    ++m_moved;
     *pairAt(to) = *pairAt(from);
     // Its cursor is at the new entry already.
     if (isDetached(to))

@@ -37,6 +37,7 @@ PairCacheStats PairCache::stats() const
     stats.proxies = m_links.listCount();
     stats.visited = m_visited;
     stats.searched = m_searched;
+    stats.moved = m_moved;
     stats.bytes = bytes();
     return stats;
 }

@@ -127,6 +127,9 @@ public:
 
     void popBack() noexcept { m_nodes.resize(m_nodes.size() - 2); }
 
+    /// Keeps a number of pairs. @pre the others are detached
+    void truncate(std::uint32_t pairs) noexcept { m_nodes.resize(2 * std::size_t{pairs}); }
+
     /// Removes all pairs and keeps the anchors. @pre no pair is detached
     void clear() noexcept
     {
@@ -136,6 +139,16 @@ public:
                 at(node.previous) = {node.previous, node.previous};
         }
         m_nodes.clear();
+    }
+
+    /// Removes all pairs and their anchors, and keeps the memory but for the directory's. O(ids of the directory's pages).
+    void removeAll() noexcept
+    {
+        m_nodes.clear();
+        m_anchors.clear();
+        m_directory.clear();
+        m_firstFree = kNone;
+        m_freeCount = 0;
     }
 
     /// Whether each of `pairCount` pairs is in exactly the lists of its ids, `idsOf(pair)`. O(pairs).

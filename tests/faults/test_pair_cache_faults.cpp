@@ -5,6 +5,7 @@
 #include "cullet/tests/faults/support/sweep.h"
 #include "cullet/tests/plugin/pair_cache/pair_cache_support.h"
 
+#include <algorithm>
 #include <memory>
 #include <set>
 
@@ -65,6 +66,7 @@ public:
         m_run.attempt([&] { m_cache.sortOverlappingPairs(nullptr); });
         expectModel();
         addAll(0, 24);
+        removeMost();
         for (std::size_t i = 0; i < m_proxies.size(); ++i)
             removeAllOf(i);
         EXPECT_EQ(m_cache.getNumOverlappingPairs(), 0);
@@ -99,6 +101,29 @@ private:
     void removeAllOf(std::size_t i)
     {
         m_run.insist([&] { m_cache.removeOverlappingPairsContainingProxy(m_proxies[i], nullptr); });
+        expectModel();
+    }
+
+    /// Removes all but each tenth pair in a batch.
+    void removeMost()
+    {
+        Pairs most;
+        std::size_t staying = 0;
+        {
+            const FaultPause pause;
+            for (const RowPair& pair : idsOf(m_cache))
+            {
+                const bool isStaying = (pair.first + pair.second) % 10 == 0;
+                staying += isStaying ? 1u : 0u;
+                if (!isStaying)
+                    most.push_back(makePair(static_cast<std::uint32_t>(pair.first),
+                                            static_cast<std::uint32_t>(pair.second)));
+            }
+            std::sort(most.begin(), most.end());
+        }
+        EXPECT_GT(most.size(), 2 * staying);
+        m_run.insist([&] { m_cache.removePairs(most.data(), most.size(), nullptr); });
+        EXPECT_EQ(static_cast<std::size_t>(m_cache.getNumOverlappingPairs()), staying);
         expectModel();
     }
 

@@ -54,18 +54,25 @@ TEST(BroadphaseCost, TouchesNoRowInUpdateWithoutChanges)
     EXPECT_TRUE(traffic.hadFilters);
 }
 
-TEST(BroadphaseCost, SearchesNoPairOfBodiesAtOneSpotInEmptyCache)
+TEST(BroadphaseCost, SearchesNoPairWhereBodiesOfOneSpotMoveApart)
 {
     for (const int bodies : {60, 300, 900})
     {
         SCOPED_TRACE(testing::Message() << bodies << " bodies");
         PairCache cache;
         Broadphase broadphase(&cache);
+        std::vector<btBroadphaseProxy*> proxies;
         for (int i = 0; i < bodies; ++i)
-            addCube(broadphase, vec(0, 0, 0));
+            proxies.push_back(addCube(broadphase, vec(0, 0, 0)));
         broadphase.calculateOverlappingPairs(nullptr);
         ASSERT_EQ(cache.getNumOverlappingPairs(), bodies * (bodies - 1) / 2);
-        EXPECT_EQ(cache.stats().searched, 0u);
+        for (int i = 0; i < bodies; ++i)
+            moveCube(broadphase, proxies[std::size_t(i)], vec(3 * i, 0, 0));
+        broadphase.calculateOverlappingPairs(nullptr);
+        const PairCacheStats stats = cache.stats();
+        EXPECT_EQ(stats.pairs, 0u);
+        EXPECT_EQ(stats.searched, 0u);
+        EXPECT_EQ(stats.moved, 0u);
     }
 }
 
