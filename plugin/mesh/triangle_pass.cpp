@@ -320,7 +320,13 @@ void TrianglePass::addTouch(int i)
         return m_search->addTouch(m_search->placeOnConvex(), triangle, m_points);
     // Of few triangles, each has its patch, and the search is still there.
     if (!m_bounds)
-        return m_search->addPatch(triangle, m_touches);
+    {
+        // The batch may have rounded them in another way.
+        const btVector3(&corners)[3] = triangle.corners;
+        return m_search->addPatch(
+            triangle, {m_frame.ofMesh(corners[0]), m_frame.ofMesh(corners[1]), m_frame.ofMesh(corners[2])},
+            m_touches);
+    }
     m_search->addTouch(m_batch.middleWithin(i, *m_bounds), triangle, m_touches);
 }
 

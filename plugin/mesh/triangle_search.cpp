@@ -355,16 +355,17 @@ void TriangleSearch::addTouch(const Eigen::Vector3d& place, const TriangleBatch:
 
 void TriangleSearch::addPatch(const MeshPoint& touch, const Corners& corners, MeshPoints& points)
 {
-    if (!isPlaced(corners))
-        place(corners);
     m_touch = touch.touch;
-    addPatch(touch.triangle, points);
+    addPatch(touch.triangle, corners, points);
 }
 
-void TriangleSearch::addPatch(const TriangleBatch::Triangle& triangle, MeshPoints& points)
+void TriangleSearch::addPatch(const TriangleBatch::Triangle& triangle, const Corners& corners,
+                              MeshPoints& points)
 {
     if (m_touch.distance > double(m_limit))
         return;
+    if (!isPlaced(corners))
+        place(corners);
     // The search has found them, too, or has built a graph.
     m_cores.findFans(m_touch.normal, m_touch.vertexA, m_touch.vertexB);
     const ContactPatch patch =

@@ -93,7 +93,9 @@ public:
                    double distance);
 
     /// Adds the points of the patch around the touch, if the shapes are near enough there.
-    void addPatch(const TriangleBatch::Triangle& triangle, MeshPoints& points);
+    ///
+    /// @param corners of the triangle
+    void addPatch(const TriangleBatch::Triangle& triangle, const Corners& corners, MeshPoints& points);
     /// Adds the points of the patch around an earlier touch.
     ///
     /// @param corners of its triangle
