@@ -223,11 +223,10 @@ private:
     /// The direction in the hull's frame. Its product with a hull normal is the cosine if m_isSimilarity, otherwise the
     /// cosine times the length of the mapped normal.
     Eigen::Vector3d m_local;
-    double m_scale = 1.0;         ///< of the basis, if m_isSimilarity
-    Eigen::Matrix3d m_normalMap;  ///< for normals, unless m_isSimilarity
-    Eigen::Vector3d
-        m_ofFirstSide;      ///< the normal of the first face in world space, of any length, if m_hasSides
-    const bool m_hasSides;  ///< a polygon
+    double m_scale = 1.0;           ///< of the basis, if m_isSimilarity
+    Eigen::Matrix3d m_normalMap;    ///< for normals, unless m_isSimilarity
+    Eigen::Vector3d m_ofFirstSide;  ///< world space, of any length: normal of the first face, if m_hasSides
+    const bool m_hasSides;          ///< a polygon
     const bool m_isSimilarity;
     std::int32_t m_face = -1;
     double m_alignment = 0.0;

@@ -320,14 +320,18 @@ void TrianglePass::addTouch(int i)
         return m_search->addTouch(m_search->placeOnConvex(), triangle, m_points);
     // Of few triangles, each has its patch, and the search is still there.
     if (!m_bounds)
-    {
-        // The batch may have rounded them in another way.
-        const btVector3(&corners)[3] = triangle.corners;
-        return m_search->addPatch(
-            triangle, {m_frame.ofMesh(corners[0]), m_frame.ofMesh(corners[1]), m_frame.ofMesh(corners[2])},
-            m_touches);
-    }
+        return addPatch(triangle, m_touches);
     m_search->addTouch(m_batch.middleWithin(i, *m_bounds), triangle, m_touches);
+}
+
+/// Adds the points of the patch around the touch of the search.
+void TrianglePass::addPatch(const TriangleBatch::Triangle& triangle, MeshPoints& points)
+{
+    // The batch may have rounded them in another way.
+    const btVector3(&corners)[3] = triangle.corners;
+    m_search->addPatch(triangle,
+                       {m_frame.ofMesh(corners[0]), m_frame.ofMesh(corners[1]), m_frame.ofMesh(corners[2])},
+                       points);
 }
 
 void TrianglePass::makePatches()
@@ -344,10 +348,8 @@ void TrianglePass::makePatches()
         m_touches.reduce(kMostPatches);
     for (int i = 0; i < m_touches.count(); ++i)
     {
-        const btVector3(&corners)[3] = m_touches[i].triangle.corners;
-        m_search->addPatch(
-            m_touches[i],
-            {m_frame.ofMesh(corners[0]), m_frame.ofMesh(corners[1]), m_frame.ofMesh(corners[2])}, m_points);
+        m_search->returnTo(m_touches[i].touch);
+        addPatch(m_touches[i].triangle, m_points);
     }
     m_touches.clear();
 }

@@ -117,6 +117,7 @@ private:
     void addTouch(int i);
     void askBullet(const TriangleBatch::Triangle& triangle);
     void askBullet(const btCollisionObjectWrapper& triangle, btManifoldResult& result);
+    void addPatch(const TriangleBatch::Triangle& triangle, MeshPoints& points);
     void makePatches();
     void showPoints();
     void useAxes();

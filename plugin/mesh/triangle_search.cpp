@@ -353,12 +353,6 @@ void TriangleSearch::addTouch(const Eigen::Vector3d& place, const TriangleBatch:
         points.add({place, m_touch.normal, gapAt(m_touch.distance), triangle, m_touch});
 }
 
-void TriangleSearch::addPatch(const MeshPoint& touch, const Corners& corners, MeshPoints& points)
-{
-    m_touch = touch.touch;
-    addPatch(touch.triangle, corners, points);
-}
-
 void TriangleSearch::addPatch(const TriangleBatch::Triangle& triangle, const Corners& corners,
                               MeshPoints& points)
 {

@@ -92,14 +92,12 @@ public:
     void turnTouch(const Corners& corners, const Eigen::Vector3d& normal, const Eigen::Vector3d& onTriangle,
                    double distance);
 
+    /// Takes up an earlier touch, of any triangle.
+    void returnTo(const Touch& touch) { m_touch = touch; }
     /// Adds the points of the patch around the touch, if the shapes are near enough there.
     ///
-    /// @param corners of the triangle
-    void addPatch(const TriangleBatch::Triangle& triangle, const Corners& corners, MeshPoints& points);
-    /// Adds the points of the patch around an earlier touch.
-    ///
     /// @param corners of its triangle
-    void addPatch(const MeshPoint& touch, const Corners& corners, MeshPoints& points);
+    void addPatch(const TriangleBatch::Triangle& triangle, const Corners& corners, MeshPoints& points);
 
 private:
     std::optional<bool> isFarFromBox(const Corners& corners) const;
