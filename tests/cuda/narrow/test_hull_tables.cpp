@@ -44,12 +44,13 @@ std::vector<Eigen::Vector3f> directions(std::mt19937& engine)
 }
 
 /// The first vertex with the largest product, rounded as a device does.
-convex::Support<float> highestOf(const Hull<float>& hull, const Vec<float>& d)
+template <class T>
+convex::Support<T> highestOf(const Hull<float>& hull, const Vec<T>& d)
 {
-    convex::Support<float> best = {0, -std::numeric_limits<float>::infinity()};
+    convex::Support<T> best = {0, -std::numeric_limits<T>::infinity()};
     for (std::int32_t i = 0; i < hull.vertexCount(); ++i)
     {
-        const float height = dot(Vec<float>{hull.x()[i], hull.y()[i], hull.z()[i]}, d);
+        const T height = dot(Vec<T>{T(hull.x()[i]), T(hull.y()[i]), T(hull.z()[i])}, d);
         if (height > best.height)
             best = {i, height};
     }
@@ -116,7 +117,7 @@ TEST(HullTables, GiveSupportsOfScanFromAnyStart)
         EXPECT_EQ(view.reach(), hull.reach());
         for (const Eigen::Vector3f& d : directions(engine))
         {
-            const convex::Support<float> expected = highestOf(hull, {d[0], d[1], d[2]});
+            const convex::Support<float> expected = highestOf<float>(hull, {d[0], d[1], d[2]});
             for (const std::int32_t start : {-1, 0, hull.vertexCount() - 1, hull.vertexCount()})
             {
                 const convex::Support<float> found = view.support(Vec<float>{d[0], d[1], d[2]}, start);
@@ -125,6 +126,54 @@ TEST(HullTables, GiveSupportsOfScanFromAnyStart)
             }
         }
     }
+}
+
+/// Unit normals of the faces, each tilted by nothing and by up to 1e-3.
+std::vector<Vec<double>> levelDirections(const Hull<float>& hull, std::mt19937& engine)
+{
+    std::vector<Vec<double>> all;
+    for (const auto& face : hull.faces())
+    {
+        const Eigen::Vector3d normal =
+            Eigen::Vector3d(face.normal[0], face.normal[1], face.normal[2]).normalized();
+        for (const double tilt : {0.0, 1e-12, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-3})
+        {
+            const Eigen::Vector3d d = (normal + tilt * randomDirection(engine)).normalized();
+            all.push_back({d[0], d[1], d[2]});
+        }
+    }
+    return all;
+}
+
+TEST(HullTables, GiveSupportsOfScanInDoubleNearNormalsOfFaces)
+{
+    const unsigned seed = 53;
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    std::mt19937 engine(seed);
+    int asked = 0, undecidedInFloat = 0;
+    for (const NamedPoints& shape : nastyShapes())
+    {
+        HullSet set;
+        const Hull<float> hull = hullOf<float>(shape.points);
+        set.add(hull);
+        const convex::HullTables tables = set.tables();
+        const HullView view(tables, 0);
+        for (const Vec<double>& d : levelDirections(hull.corners(), engine))
+        {
+            const convex::Support<double> expected = highestOf<double>(hull.corners(), d);
+            const Vec<float> rounded = {float(d.x), float(d.y), float(d.z)};
+            undecidedInFloat += highestOf<float>(hull.corners(), rounded).vertex != expected.vertex;
+            ++asked;
+            for (const std::int32_t start : {-1, 0, hull.corners().vertexCount() - 1})
+            {
+                const convex::Support<double> found = view.support(d, start);
+                ASSERT_EQ(found.vertex, expected.vertex) << shape.name;
+                ASSERT_EQ(found.height, expected.height) << shape.name;
+            }
+        }
+    }
+    EXPECT_GT(undecidedInFloat, asked / 50);
+    EXPECT_LT(undecidedInFloat, asked * 9 / 10);
 }
 
 TEST(HullTables, HaveOneBlockForEachVertexAndEverySevenNeighbours)
