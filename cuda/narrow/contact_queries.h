@@ -108,25 +108,37 @@ private:
     using Buffer = typename Exec::template Buffer<T>;
 
     /// Lanes of a multiprocessor at most.
-    static constexpr std::uint32_t kLanes = 512, kLargeLanes = 8, kContactLanes = 512;
+    static constexpr std::uint32_t kLanes = 384, kLargeLanes = 8, kContactLanes = 384;
 
     /// Memory for polytopes of a size.
     struct Polytopes
     {
         void reserve(Exec& exec, std::uint64_t lanes, std::uint64_t capacity)
         {
-            exec.reserve(numbers, lanes * PolytopeMemory::numbersOf(capacity));
-            exec.reserve(ids, lanes * capacity);
-            exec.reserve(indices, lanes * PolytopeMemory::indicesOf(capacity));
+            const std::uint64_t vertices = lanes * capacity, faces = 2 * vertices;
+            exec.reserve(placesXY, vertices);
+            exec.reserve(placesZ, vertices);
+            exec.reserve(normalsXY, faces);
+            exec.reserve(normalsZ, faces);
+            exec.reserve(distances, faces);
+            exec.reserve(corners, faces);
+            exec.reserve(visible, faces);
+            exec.reserve(next, vertices);
         }
         PolytopeMemory view(std::uint32_t lanes) const
         {
-            return {numbers.data(), ids.data(), indices.data(), lanes};
+            return {placesXY.data(), placesZ.data(),   normalsXY.data(),
+                    normalsZ.data(), distances.data(), corners.data(),
+                    visible.data(),  next.data(),      lanes};
         }
 
-        Buffer<double> numbers;
-        Buffer<VertexIds> ids;
-        Buffer<std::uint16_t> indices;
+        Buffer<PlaceXY> placesXY;
+        Buffer<PlaceZ> placesZ;
+        Buffer<PlaneXY> normalsXY;
+        Buffer<double> normalsZ, distances;
+        Buffer<FaceCorners> corners;
+        Buffer<VisibleFace> visible;
+        Buffer<std::uint16_t> next;
     };
 
     template <class Element>

@@ -57,7 +57,7 @@ __device__ inline Support<float> supportsTogether(const HullLane* lanes, bool is
                               __shfl_sync(kAll, side.direction.y, from),
                               __shfl_sync(kAll, side.direction.z, from)};
         const float low = __shfl_sync(kAll, band, from);
-        const HullLane mine = lanes[place];
+        const HullLane mine = readLane(lanes + place);
         const float product = HullView::productOf(mine, d);
         const float own = __shfl_sync(kAll, product, static_cast<int>(first));
         // Lane 0 asks for the next block, which this does not read.
@@ -145,7 +145,7 @@ __global__ void __launch_bounds__(kPairThreads)
 
 /// With no more registers than let a multiprocessor run the lanes of ContactQueries at once.
 template <class Step>
-__global__ void __launch_bounds__(kPairThreads, 4)
+__global__ void __launch_bounds__(kPairThreads, 3)
     runLanes(std::uint32_t lanes, const __grid_constant__ Step step)
 {
     const std::uint64_t lane = std::uint64_t{blockIdx.x} * blockDim.x + threadIdx.x;
