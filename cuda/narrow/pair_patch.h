@@ -264,6 +264,13 @@ public:
                                    double distance)
         : m_corners(corners)
     {
+        m_corners.forEach(
+            [&](const PatchPoint& p)
+            {
+                if (m_keptCount < kKept)
+                    m_kept[m_keptCount] = p;
+                ++m_keptCount;
+            });
         const double least2 = distance * distance;
         // A corner that is nearly as deep as the touch is chosen instead of it.
         choose(0, touch, touch.depth - kNearlyAsDeep * (touch.depth + margin));
@@ -286,6 +293,8 @@ public:
 
 private:
     static constexpr double kNearlyAsDeep = 1e-3;
+    /// Corners that are computed once; all are computed for each point if there are more.
+    static constexpr std::uint32_t kKept = 16;
 
     /// Sets a point to the corner with the largest score, or to another point if none is above the least one.
     ///
@@ -294,16 +303,22 @@ private:
     {
         double best = least;
         PatchPoint chosen = otherwise;
-        m_corners.forEach(
-            [&](const PatchPoint& p)
+        const auto offer = [&](const PatchPoint& p)
+        {
+            const double value = scoreOf(place, p);
+            if (value > best)
             {
-                const double value = scoreOf(place, p);
-                if (value > best)
-                {
-                    best = value;
-                    chosen = p;
-                }
-            });
+                best = value;
+                chosen = p;
+            }
+        };
+        if (m_keptCount > kKept)
+            m_corners.forEach(offer);
+        else
+        {
+            for (std::uint32_t i = 0; i < m_keptCount; ++i)
+                offer(m_kept[i]);
+        }
         CULLET_UNROLL
         for (int i = 0; i < 4; ++i)
         {
@@ -338,7 +353,9 @@ private:
     }
 
     const PatchCorners& m_corners;
-    PatchPoint m_points[4] = {};  ///< indexed by constants only, so that they stay in registers
+    PatchPoint m_kept[kKept];
+    std::uint32_t m_keptCount = 0;  ///< corners, also those beyond kKept
+    PatchPoint m_points[4] = {};    ///< indexed by constants only, so that they stay in registers
     std::uint32_t m_count = 0;
 };
 }  // namespace cullet::convex
