@@ -32,7 +32,7 @@ public:
     Status enqueue(const DeviceBodies& bodies, const RowPair* pairs, std::uint64_t count,
                    const ConvexQuery& query) override
     {
-        m_extras = {};
+        m_last.extras = {};
         if (count > std::numeric_limits<std::uint32_t>::max())
         {
             forget();
@@ -46,16 +46,11 @@ public:
             [&]
             {
                 m_queries.prepare(m_exec, input.count, extras);
-                launch(input);
-                if (extras.isMeasured)
-                    m_queries.launchDistances(m_exec, input, query.maxDistance);
-                if (extras.isListed)
-                    m_queries.launchList(m_exec, input.count);
-                m_last = input;
-                m_extras = extras;
-                m_margin = query.contactMargin;
                 if (extras.isDeep)
-                    launchContacts(std::min(input.count, std::max(m_expected, input.count / 8)));
+                    m_contacts.prepare(m_exec, std::min(input.count, std::max(m_expected, input.count / 8)),
+                                       extras.hasPoints);
+                m_last = {input, extras, query.maxDistance, query.contactMargin, m_contacts.room()};
+                launch();
                 m_exec.mark();
                 m_isPending = true;
             },
@@ -64,7 +59,8 @@ public:
 
     DevicePairAnswers ahead() const override
     {
-        return convex::answersOf(m_queries, m_contacts, m_extras, m_last.count, m_last.count);
+        return convex::answersOf(m_queries, m_contacts, m_last.extras, m_last.input.count,
+                                 m_last.input.count);
     }
 
     Status collect(DevicePairAnswers& answers, ConvexPairCounts& counts) override
@@ -79,7 +75,7 @@ public:
                     return;
                 m_exec.awaitMark();
                 counts = convex::countsOf(m_queries.counts());
-                if (m_extras.isDeep)
+                if (m_last.extras.isDeep)
                     completeContacts(counts);
                 answers = ahead();
             },
@@ -120,18 +116,56 @@ private:
         return Queries(exec, hulls);
     }
 
-    /// Launches depths and contacts of the last query.
-    ///
-    /// @param expected pairs that overlap
-    void launchContacts(std::uint32_t expected)
+    /// What launches depend on.
+    struct Launches
     {
-        const convex::PairReader reader = m_queries.readerOf(m_last);
+        convex::PairInput input;
+        convex::QueryExtras extras;
+        float maxDistance = 0.0f, margin = -1.0f;
+        std::uint32_t room = 0;  ///< for contacts
+    };
+
+    static bool isSame(const Launches& a, const Launches& b)
+    {
+        return a.input.poses == b.input.poses && a.input.bodies == b.input.bodies &&
+               a.input.pairs == b.input.pairs && a.input.count == b.input.count &&
+               a.extras.isMeasured == b.extras.isMeasured && a.extras.isListed == b.extras.isListed &&
+               a.extras.isDeep == b.extras.isDeep && a.extras.hasPoints == b.extras.hasPoints &&
+               a.maxDistance == b.maxDistance && a.margin == b.margin && a.room == b.room;
+    }
+
+    /// Launches the last query; if it is launched as the one before, by one call.
+    void launch()
+    {
+        const auto launchAll = [&]
+        {
+            m_queries.launch(m_exec, m_last.input);
+            if (m_last.extras.isMeasured)
+                m_queries.launchDistances(m_exec, m_last.input, m_last.maxDistance);
+            if (m_last.extras.isListed)
+                m_queries.launchList(m_exec, m_last.input.count);
+            if (m_last.extras.isDeep)
+                launchContacts();
+        };
+        if (isSame(m_last, m_recorded))
+        {
+            m_launches.launch(m_exec.stream(), 0, 0, launchAll);
+            return;
+        }
+        m_launches.drop();
+        m_recorded = m_last;
+        launchAll();
+    }
+
+    /// Launches depths and contacts of the last query.
+    void launchContacts()
+    {
+        const convex::PairReader reader = m_queries.readerOf(m_last.input);
         const std::uint32_t* const overlaps = m_queries.overlaps();
-        const std::uint32_t* const count = m_queries.overlapCount(m_last.count);
-        m_contacts.prepare(m_exec, expected, m_extras.hasPoints);
+        const std::uint32_t* const count = m_queries.overlapCount(m_last.input.count);
         m_contacts.launchDepths(m_exec, reader, overlaps, count);
-        if (m_extras.hasPoints)
-            m_contacts.launchContacts(m_exec, reader, overlaps, count, m_margin);
+        if (m_last.extras.hasPoints)
+            m_contacts.launchContacts(m_exec, reader, overlaps, count, m_last.margin);
     }
 
     /// Launches them once more where the memory was too small for all.
@@ -140,30 +174,12 @@ private:
         m_expected = counts.overlapping;
         if (m_contacts.room() < counts.overlapping)
         {
-            launchContacts(counts.overlapping);
+            m_contacts.prepare(m_exec, counts.overlapping, m_last.extras.hasPoints);
+            launchContacts();
             m_exec.mark();
             m_exec.awaitMark();
         }
         convex::setDepthCounts(m_contacts.counts(), counts);
-    }
-
-    /// Launches a query; from the second one with the same addresses on by one call.
-    void launch(const convex::PairInput& input)
-    {
-        const auto launchAll = [&] { m_queries.launch(m_exec, input); };
-        if (isSame(input, m_input))
-        {
-            m_launches.launch(m_exec.stream(), 0, 0, launchAll);
-            return;
-        }
-        m_launches.drop();
-        m_input = input;
-        launchAll();
-    }
-
-    static bool isSame(const convex::PairInput& a, const convex::PairInput& b)
-    {
-        return a.poses == b.poses && a.bodies == b.bodies && a.pairs == b.pairs && a.count == b.count;
     }
 
     void drop()
@@ -171,8 +187,7 @@ private:
         m_queries.forget();
         m_contacts.forget();
         m_launches.drop();
-        m_input = m_last = {};
-        m_extras = {};
+        m_recorded = m_last = {};
         m_isPending = false;
     }
 
@@ -180,10 +195,8 @@ private:
     convex::PairQueries<convex::CudaPairExec> m_queries;
     convex::ContactQueries<convex::CudaPairExec> m_contacts;
     psap::GraphLaunches<1> m_launches;
-    convex::PairInput m_input;        ///< of the launches
-    convex::PairInput m_last;         ///< of the last query
-    convex::QueryExtras m_extras;     ///< likewise
-    float m_margin = -1.0f;           ///< likewise
+    Launches m_recorded;              ///< of the launches in m_launches, or those to be recorded
+    Launches m_last;                  ///< of the last query
     std::uint32_t m_expected = 1024;  ///< pairs that overlap
     bool m_isPending = false;         ///< a query has been launched
 };
