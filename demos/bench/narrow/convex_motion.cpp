@@ -134,4 +134,11 @@ void ConvexMotion::plant(std::uint32_t pair, const ConvexMotionOptions& options)
         poses[std::size_t{2} * pair + 1] = poseOf(hullB, turnB, home + place);
     }
 }
+
+bool isProved(const PairDepth& depth)
+{
+    // Two hulls of this bench and the way between them are larger.
+    constexpr float kLeastSize = 2.0f;
+    return depth.depth > 0.0f && depth.gap <= 1e-4f * kLeastSize;
+}
 }  // namespace cullet

@@ -40,6 +40,8 @@ public:
     explicit ConvexMotion(const ConvexMotionOptions& options);
 
     const HullSet& hulls() const { return m_set; }
+    /// The same hulls in double, of the same points.
+    const std::vector<Hull<double>>& exactHulls() const { return m_exact; }
     const std::vector<RowPair>& pairs() const { return m_pairs; }
     const std::vector<BodyPose>& frame(int index) const { return m_frames[static_cast<std::size_t>(index)]; }
     int frameCount() const { return static_cast<int>(m_frames.size()); }
@@ -56,4 +58,7 @@ private:
     std::vector<std::vector<BodyPose>> m_frames;
     std::uint32_t m_overlapping = 0;
 };
+
+/// Whether a depth is proved to 1e-4 of the size of a pair of these hulls.
+bool isProved(const PairDepth& depth);
 }  // namespace cullet

@@ -86,17 +86,12 @@ public:
     std::uint64_t bytes() const { return m_queries->bytes(); }
 
 private:
-    /// Two hulls of this bench and the way between them are larger.
-    static constexpr float kLeastSize = 2.0f;
-
     void checkContacts(const DevicePairAnswers& answers)
     {
         m_depths.resize(answers.depths != nullptr ? m_counts.overlapping : 0);
         m_contacts.resize(answers.contacts != nullptr ? m_counts.overlapping : 0);
         requireOk(m_queries->copyContacts(nullptr, m_depths.empty() ? nullptr : m_depths.data(),
                                           m_contacts.empty() ? nullptr : m_contacts.data(), m_depths.size()));
-        const auto isProved = [](const PairDepth& depth)
-        { return depth.depth > 0.0f && depth.gap <= 1e-4f * kLeastSize; };
         const auto isFilled = [](const PairContact& contact)
         { return contact.count >= 1 && contact.count <= 4; };
         if (!std::all_of(m_depths.begin(), m_depths.end(), isProved) ||
