@@ -127,8 +127,13 @@ void ConvexMotion::plant(std::uint32_t pair, const ConvexMotionOptions& options)
         Eigen::Vector3d place = away + far.axis * (far.distance - gap);
         // Two slanted corners can pass each other; where the centres meet, the hulls overlap.
         const Eigen::Vector3d inside = basisA * m_centres[hullA] - basisB * m_centres[hullB];
-        while (gap < 0 && search(place).distance > 0)
+        if (gap < 0 && search(place).distance > 0)
+        {
+            while (search(place).distance > 0)
+                place += 0.25 * (inside - place);
+            // Rounding to float must not part them again.
             place += 0.25 * (inside - place);
+        }
         std::vector<BodyPose>& poses = m_frames[static_cast<std::size_t>(frame)];
         poses[std::size_t{2} * pair] = poseOf(hullA, turnA, home);
         poses[std::size_t{2} * pair + 1] = poseOf(hullB, turnB, home + place);
