@@ -57,7 +57,7 @@ __device__ inline Support<float> supportsTogether(const HullLane* lanes, bool is
                               __shfl_sync(kAll, side.direction.y, from),
                               __shfl_sync(kAll, side.direction.z, from)};
         const float low = __shfl_sync(kAll, band, from);
-        const HullLane mine = readLane(lanes + place);
+        const HullLane mine = lanes[place];
         const float product = HullView::productOf(mine, d);
         const float own = __shfl_sync(kAll, product, static_cast<int>(first));
         // Lane 0 asks for the next block, which this does not read.
