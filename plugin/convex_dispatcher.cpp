@@ -378,7 +378,7 @@ void Dispatcher::findIdle(const btBroadphasePair* pairs, std::size_t count,
                           const std::vector<std::uint32_t>& isaGjkPairs)
 {
     m_idle.resize(count);
-    std::atomic<std::uint64_t> idle{0}, still{0};
+    std::atomic<std::uint64_t> idle{0}, still{0}, tested{0};
     parallelFor(isaGjkPairs.size(),
                 [&](std::size_t begin, std::size_t end)
                 {
@@ -386,10 +386,11 @@ void Dispatcher::findIdle(const btBroadphasePair* pairs, std::size_t count,
                         findIdle(pairs, isaGjkPairs.data() + begin, isaGjkPairs.data() + end);
                     idle += found.idle;
                     still += found.still;
+                    tested += found.tested;
                 });
     m_idlePairs = idle;
     m_stillPairs = still;
-    m_testedPairs = isaGjkPairs.size() - still;
+    m_testedPairs = tested;
     m_isaGjk.counters().separated.add(m_idlePairs);
 }
 
@@ -409,16 +410,15 @@ Dispatcher::IdleCounts Dispatcher::findIdle(const btBroadphasePair* pairs, const
             if (isaGjkPairs + kPairsAhead < end)
                 prefetchBytes(pairs[isaGjkPairs[kPairsAhead]].m_algorithm, 0, IsaGjkAlgorithm::kFirstBytes);
             auto* const algorithm = static_cast<IsaGjkAlgorithm*>(pairs[*isaGjkPairs].m_algorithm);
-            if (algorithm->staysIdle(motions))
-            {
+            const IsaGjkAlgorithm::Stillness stillness = algorithm->stillness(motions);
+            if (stillness != IsaGjkAlgorithm::Stillness::Unknown)
                 m_idle[*isaGjkPairs] = algorithm;
-                ++found.still;
-            }
             else
-            {
                 left[count++] = *isaGjkPairs;
-            }
+            // A pair that is asleep is left out for that reason, and counts as idle for none.
+            found.still += stillness == IsaGjkAlgorithm::Stillness::Idle ? 1 : 0;
         }
+        found.tested += count;
         for (std::size_t k = 0; k < count; ++k)
         {
             if (k + kPairsAhead < count)

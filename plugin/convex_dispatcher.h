@@ -86,7 +86,7 @@ public:
     IsaGjkStats stats() const { return m_isaGjk.stats(); }
     /// Where contacts were computed, and why not on several threads.
     const ContactStats& contactStats() const;
-    /// Number of pairs that the last dispatch left out.
+    /// Number of pairs that the last dispatch left out, of those with an awake body.
     std::uint64_t idlePairs() const { return m_idlePairs; }
     /// Lets dispatches find out whether a pair is foreign, which takes some ten nanoseconds per pair with an awake body.
     /// Off by default: all of these are foreign then.
@@ -119,7 +119,7 @@ private:
                   const std::vector<std::uint32_t>& isaGjkPairs);
     struct IdleCounts
     {
-        std::uint64_t idle = 0, still = 0;
+        std::uint64_t idle = 0, still = 0, tested = 0;
     };
     IdleCounts findIdle(const btBroadphasePair* pairs, const std::uint32_t* isaGjkPairs,
                         const std::uint32_t* end);

@@ -212,7 +212,10 @@ void BodyMotions::update(std::size_t begin, std::size_t end, std::uint64_t pass,
             slot.pause = std::min(static_cast<std::uint8_t>(2 * slot.pause), kLongestPause);
             continue;
         }
-        const Motion moved = slot.move(pass);
+        Motion moved = slot.move(pass);
+        // Bullet leaves out pairs of which both are asleep, so that these must be told from the others.
+        if (!slot.body->isActive())
+            moved.arcBound = moved.arcBound == 0.0f ? -0.0f : std::numeric_limits<float>::infinity();
         if (!missedUpdates)
             m_motions[i] = moved;
     }

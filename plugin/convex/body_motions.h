@@ -68,7 +68,7 @@ public:
     void update(std::size_t begin, std::size_t end, std::uint64_t pass, bool missedUpdates) noexcept;
     /// An upper bound of the decrease of the gap between A and B along an axis, times the length of the axis. Common
     /// motion cancels, and motion away from each other offsets turning. Infinite or NaN if it is unknown, 0 if neither
-    /// has moved.
+    /// has moved, and that with a minus sign if both are asleep.
     ///
     /// @param axis from B to A, no component above 1
     /// @pre the previous dispatch has set or reduced the pair's SeparationBudget
@@ -78,7 +78,7 @@ public:
         const Motion &m = m_motions[a], &n = m_motions[b];
         // `arcBound` of a body that has moved is never 0.
         if (m.arcBound + n.arcBound == 0.0f)
-            return 0.0f;
+            return m.arcBound + n.arcBound;
         const float x = n.shift[0] - m.shift[0], y = n.shift[1] - m.shift[1], z = n.shift[2] - m.shift[2];
         return (x * axis[0] + y * axis[1] + z * axis[2]) + (rates.a() * m.arcBound + rates.b() * n.arcBound);
     }
@@ -103,7 +103,8 @@ private:
     struct Motion
     {
         std::array<float, 3> shift = {};
-        float arcBound = std::numeric_limits<float>::infinity();  ///< infinite: unknown; see Slot::motionTo()
+        /// Infinite: unknown; see Slot::motionTo(). -0: asleep, and has not moved.
+        float arcBound = std::numeric_limits<float>::infinity();
     };
 
     /// The state of a body in the last update.

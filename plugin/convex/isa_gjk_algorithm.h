@@ -13,6 +13,9 @@
 #include <BulletCollision/CollisionDispatch/btActivatingCollisionAlgorithm.h>
 #include <BulletCollision/CollisionDispatch/btManifoldResult.h>
 
+#include <cmath>
+#include <cstdint>
+
 namespace cullet
 {
 inline namespace CULLET_PRECISION
@@ -28,7 +31,7 @@ class TriangleTouch;
 class IsaGjkAlgorithm final : public btActivatingCollisionAlgorithm
 {
 public:
-    /// The bytes that staysIdle() reads.
+    /// The bytes that stillness() reads.
     static constexpr std::size_t kFirstBytes = sizeof(btActivatingCollisionAlgorithm) + 28;
 
     /// @param manifold    the manifold of a parent algorithm, which owns and refreshes it; null: an own one, created
@@ -65,17 +68,27 @@ public:
         return m_dispatcher == &dispatcher && !m_closestOnly;
     }
 
-    /// True if the last isIdle() was true, the pair has not changed since, and its bodies have not moved far enough to
-    /// make it false now. Call after every update of the motions.
-    bool staysIdle(BodyMotions& motions)
+    /// What is known of a pair without a test.
+    enum class Stillness : std::uint8_t
+    {
+        Unknown,
+        Idle,   ///< isIdle() would be true
+        Asleep  ///< so are both bodies; isIdle() would be true
+    };
+
+    /// Not Unknown if the last isIdle() was true, the pair has not changed since, and its bodies have not moved far
+    /// enough to make it false now. Call after every update of the motions.
+    Stillness stillness(BodyMotions& motions)
     {
         // Untracked pairs have no budget.
-        if (m_budget.isForgotten() || !m_budget.consume(motions.approachBound(
-                                          m_places[0], m_places[1], m_cache.axis, m_budget.rates())))
-            return false;
+        if (m_budget.isForgotten())
+            return Stillness::Unknown;
+        const float moved = motions.approachBound(m_places[0], m_places[1], m_cache.axis, m_budget.rates());
+        if (!m_budget.consume(moved))
+            return Stillness::Unknown;
         motions.use(m_places[0]);
         motions.use(m_places[1]);
-        return true;
+        return moved == 0.0f && std::signbit(moved) ? Stillness::Asleep : Stillness::Idle;
     }
 
     /// True if processCollision() of these bodies would change nothing but cached state, and maybe create an empty
@@ -124,7 +137,7 @@ private:
                          btManifoldResult& result);
     void runBulletAlgorithm(const ConvexPair& pair, const btDispatcherInfo& info, btManifoldResult& result);
 
-    // The members that staysIdle() reads are first.
+    // The members that stillness() reads are first.
     std::uint32_t m_places[2] = {BodyMotions::kNone, BodyMotions::kNone};
     SeparationBudget m_budget;
     GjkCache<btScalar> m_cache;
