@@ -99,11 +99,8 @@ inline Aabb toFloatBox(const btVector3& min, const btVector3& max)
         return {{float(min.x()), float(min.y()), float(min.z())},
                 {float(max.x()), float(max.y()), float(max.z())}};
     Aabb box;
-    for (int axis = 0; axis < 3; ++axis)
-    {
-        box.min[axis] = roundDownToFloat(min[axis]);
-        box.max[axis] = roundUpToFloat(max[axis]);
-    }
+    roundThreeToFloat<false>(min.x(), min.y(), min.z(), box.min);
+    roundThreeToFloat<true>(max.x(), max.y(), max.z(), box.max);
     return box;
 }
 

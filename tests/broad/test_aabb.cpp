@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <iterator>
 #include <limits>
 #include <random>
 
@@ -80,6 +81,46 @@ TEST(RoundToFloat, GoesToInfinityOrTheLargestFloatBeyondTheRange)
     }
     EXPECT_EQ(roundDownToFloat(HUGE_VAL), kInfinity);
     EXPECT_EQ(roundUpToFloat(-HUGE_VAL), -kInfinity);
+}
+
+/// Numbers of every kind that a rounding may meet.
+double oddNumber(std::mt19937_64& engine)
+{
+    const double kOdd[] = {0.0,     1e-300, 1e-46,       3e-45,
+                           1.2e-38, 1.0,    1.0 + 1e-12, 3.4028234e38,
+                           3.5e38,  1e300,  HUGE_VAL,    std::numeric_limits<double>::quiet_NaN()};
+    const std::uint64_t bits = engine();
+    double value = kOdd[bits % std::size(kOdd)];
+    if ((bits >> 32) % 3 == 0)
+        value = std::ldexp(static_cast<double>(bits >> 11), static_cast<int>(bits % 290) - 205);
+    return (bits >> 40 & 1) != 0 ? -value : value;
+}
+
+TEST(RoundToFloat, RoundsThreeNumbersAsEachOne)
+{
+    const auto bitsOf = [](float value)
+    {
+        std::uint32_t bits;
+        std::memcpy(&bits, &value, sizeof bits);
+        return bits;
+    };
+    std::mt19937_64 engine(3);
+    int steps = 0;
+    for (int i = 0; i < 300000; ++i)
+    {
+        const double values[3] = {oddNumber(engine), oddNumber(engine), oddNumber(engine)};
+        float below[3], above[3];
+        roundThreeToFloat<false>(values[0], values[1], values[2], below);
+        roundThreeToFloat<true>(values[0], values[1], values[2], above);
+        for (int k = 0; k < 3; ++k)
+        {
+            ASSERT_EQ(bitsOf(below[k]), bitsOf(roundDownToFloat(values[k]))) << values[k];
+            ASSERT_EQ(bitsOf(above[k]), bitsOf(roundUpToFloat(values[k]))) << values[k];
+            steps += below[k] < above[k];
+        }
+    }
+    EXPECT_GT(steps, 300000);
+    EXPECT_LT(steps, 800000);
 }
 
 TEST(RoundToFloat, DoesNotLoseDoublesBelowTheSmallestDenormal)
