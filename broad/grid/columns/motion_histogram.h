@@ -4,7 +4,6 @@
 
 #include "cullet/broad/grid/columns/column_grid.h"
 
-#include <cmath>
 #include <cstdint>
 #include <cstring>
 
@@ -38,9 +37,9 @@ inline double evenness(const GridMotion& motion, std::uint32_t rows)
 {
     double sum = 0;
     double largest = 0;
-    for (std::size_t octave = 1; octave < motion.octaves.size() - 1; ++octave)
+    double size = 0x1p-125;  // of octave 1
+    for (std::size_t octave = 1; octave < motion.octaves.size() - 1; ++octave, size *= 2)
     {
-        const double size = std::ldexp(1.0, static_cast<int>(octave) - 126);
         sum += size * motion.octaves[octave];
         largest = motion.octaves[octave] != 0 ? size : largest;
     }
