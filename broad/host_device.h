@@ -76,6 +76,21 @@ CULLET_HOST_DEVICE inline std::uint32_t bitWidthOf(std::uint32_t number)
 #endif
 }
 
+/// Reads 16 aligned bytes of memory that no running kernel writes, on a GPU through the cache for such memory.
+template <class T>
+CULLET_HOST_DEVICE inline T readConstant(const T* from)
+{
+    static_assert(sizeof(T) == 16 && alignof(T) == 16, "one load");
+#ifdef __CUDA_ARCH__
+    const float4 words = __ldg(reinterpret_cast<const float4*>(from));
+    T value;
+    memcpy(&value, &words, sizeof value);
+    return value;
+#else
+    return *from;
+#endif
+}
+
 CULLET_HOST_DEVICE inline std::uint32_t bitsOf(float value)
 {
     std::uint32_t bits = 0;

@@ -30,15 +30,7 @@ struct PlainRead
 /// longer with it (H100).
 struct ConstantRead
 {
-    CULLET_HOST_DEVICE HullLane operator()(const HullLane* lane) const
-    {
-#ifdef __CUDA_ARCH__
-        const float4 words = __ldg(reinterpret_cast<const float4*>(lane));
-        return {words.x, words.y, words.z, __float_as_int(words.w)};
-#else
-        return *lane;
-#endif
-    }
+    CULLET_HOST_DEVICE HullLane operator()(const HullLane* lane) const { return readConstant(lane); }
 };
 
 template <class T>
