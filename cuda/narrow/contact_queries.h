@@ -132,9 +132,8 @@ private:
                     visible.data(),  next.data(),      lanes};
         }
 
-        Buffer<PlaceXY> placesXY;
+        Buffer<VectorXY> placesXY, normalsXY;
         Buffer<PlaceZ> placesZ;
-        Buffer<PlaneXY> normalsXY;
         Buffer<double> normalsZ, distances;
         Buffer<FaceCorners> corners;
         Buffer<VisibleFace> visible;

@@ -13,11 +13,7 @@
 namespace cullet::convex
 {
 /// The records of a polytope. A GPU reads 16 bytes at once.
-struct alignas(16) PlaneXY
-{
-    double x, y;
-};
-struct alignas(16) PlaceXY
+struct alignas(16) VectorXY
 {
     double x, y;
 };
@@ -63,9 +59,9 @@ struct VisibleFace
 /// read the same element of their lanes together.
 struct PolytopeMemory
 {
-    PlaceXY* placesXY = nullptr;     ///< [capacity lanes]
+    VectorXY* placesXY = nullptr;    ///< [capacity lanes]
     PlaceZ* placesZ = nullptr;       ///< [capacity lanes]
-    PlaneXY* normalsXY = nullptr;    ///< [2 capacity lanes]
+    VectorXY* normalsXY = nullptr;   ///< [2 capacity lanes]
     double* normalsZ = nullptr;      ///< [2 capacity lanes]
     double* distances = nullptr;     ///< [2 capacity lanes]
     FaceCorners* corners = nullptr;  ///< [2 capacity lanes]
@@ -229,12 +225,12 @@ private:
 
     CULLET_HOST_DEVICE Vec<double> pointOf(std::uint32_t vertex) const
     {
-        const PlaceXY place = m_placesXY[vertex];
+        const VectorXY place = m_placesXY[vertex];
         return {place.x, place.y, m_placesZ[vertex].z};
     }
     CULLET_HOST_DEVICE Plane planeOf(std::uint32_t face) const
     {
-        const PlaneXY normal = m_normalsXY[face];
+        const VectorXY normal = m_normalsXY[face];
         return {{normal.x, normal.y, m_normalsZ[face]}, m_distances[face]};
     }
 
@@ -397,9 +393,9 @@ private:
         return foot;
     }
 
-    LaneArray<PlaceXY> m_placesXY;
+    LaneArray<VectorXY> m_placesXY;
     LaneArray<PlaceZ> m_placesZ;
-    LaneArray<PlaneXY> m_normalsXY;
+    LaneArray<VectorXY> m_normalsXY;
     LaneArray<double> m_normalsZ, m_distances;
     LaneArray<FaceCorners> m_corners;
     LaneArray<VisibleFace> m_visible;
