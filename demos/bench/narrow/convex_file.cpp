@@ -17,8 +17,6 @@ namespace cullet
 {
 namespace
 {
-constexpr float kContactMargin = 0.02f;
-
 PsapOptions onAllCores()
 {
     PsapOptions options;

@@ -14,6 +14,9 @@
 
 namespace cullet
 {
+/// The margin of all contacts that are measured.
+inline constexpr float kContactMargin = 0.02f;
+
 /// How many of a hundred pairs are how far apart.
 struct GapShares
 {

@@ -43,7 +43,7 @@ void printTouching(ConvexMotionOptions options)
     print(options);
     query.measureDepths = true;
     print(options, "depths", query);
-    query.contactMargin = 0.02f;
+    query.contactMargin = kContactMargin;
     print(options, "contacts", query);
 }
 }  // namespace

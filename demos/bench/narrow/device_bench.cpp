@@ -30,7 +30,7 @@ ConvexQuery queryOf(const std::string& name)
 {
     ConvexQuery query;
     query.measureDepths = name == "depths";
-    query.contactMargin = name == "contacts" ? 0.02f : -1.0f;
+    query.contactMargin = name == "contacts" ? kContactMargin : -1.0f;
     return query;
 }
 
