@@ -93,7 +93,7 @@ struct ConvexPairCounts
 /// enqueue() only puts work on the stream, and waits only where memory has to grow. collect() waits for the work. In
 /// between the caller may put more work on the stream, but must not change poses and pairs.
 ///
-/// Uses 41 bytes of device memory for each pair of the longest list, and what a ConvexQuery asks for. Depths take up to
+/// Uses 57 bytes of device memory for each pair of the longest list, and what a ConvexQuery asks for. Depths take up to
 /// 310 MB more for polytopes, by the number of pairs that overlap and of multiprocessors (132 of them here).
 class CULLET_API DeviceConvexPairs
 {

@@ -58,6 +58,8 @@ public:
         return static_cast<std::int32_t>(m_row.count & ~HullRow::kClimbable);
     }
     CULLET_HOST_DEVICE float reach() const { return m_row.reach; }
+    /// In the tables.
+    CULLET_HOST_DEVICE std::uint32_t index() const { return m_hull; }
     CULLET_HOST_DEVICE bool isVertex(std::int32_t vertex) const
     {
         return vertex >= 0 && vertex < vertexCount();

@@ -95,6 +95,7 @@ public:
     void swapMemory()
     {
         std::swap(m_axes, m_otherAxes);
+        std::swap(m_heights, m_otherHeights);
         std::swap(m_simplices, m_otherSimplices);
         std::swap(m_states, m_otherStates);
         m_remembered = 0;
@@ -110,7 +111,7 @@ public:
     /// What was remembered before the last swapMemory(), as long as that list was.
     PairMemory otherMemory() const
     {
-        return {m_otherAxes.data(), m_otherSimplices.data(), m_otherStates.data()};
+        return {m_otherAxes.data(), m_otherHeights.data(), m_otherSimplices.data(), m_otherStates.data()};
     }
 
     /// Forgets all pairs, also after a failure.
@@ -149,7 +150,10 @@ private:
         exec.uploadAndWait(to.data(), from, count);
     }
 
-    PairMemory memory() const { return {m_axes.data(), m_simplices.data(), m_states.data()}; }
+    PairMemory memory() const
+    {
+        return {m_axes.data(), m_heights.data(), m_simplices.data(), m_states.data()};
+    }
 
     void reserve(Exec& exec, std::uint32_t count)
     {
@@ -162,6 +166,7 @@ private:
         if (count <= known)
             return;
         exec.clear(m_axes.data() + known, count - known);
+        exec.clear(m_heights.data() + known, count - known);
         exec.clear(m_simplices.data() + known, count - known);
         exec.clear(m_states.data() + known, count - known);
         m_remembered = count;
@@ -171,6 +176,7 @@ private:
     {
         const std::uint64_t room = std::max(count, 1u);
         exec.reserveKeeping(m_axes, room, m_remembered);
+        exec.reserveKeeping(m_heights, room, m_remembered);
         exec.reserveKeeping(m_simplices, room, m_remembered);
         exec.reserveKeeping(m_states, room, m_remembered);
     }
@@ -182,9 +188,11 @@ private:
     Buffer<HullLane> m_lanes;
     Buffer<std::uint16_t> m_starts;
     Buffer<PairAxis> m_axes;
+    Buffer<PairHeights> m_heights;
     Buffer<PairSimplex> m_simplices;
     Buffer<PairState> m_states;
     Buffer<PairAxis> m_otherAxes;  ///< as swapMemory()
+    Buffer<PairHeights> m_otherHeights;
     Buffer<PairSimplex> m_otherSimplices;
     Buffer<PairState> m_otherStates;
     Buffer<PairDistance> m_distances;

@@ -111,7 +111,7 @@ public:
     /// Searches from what is remembered of the pair, and stores where the search has ended. Ends, since the distance of
     /// the simplex decreases strictly, and after kMostSteps.
     ///
-    /// @param axis    [in, out] unit; its vertices are its supports, or unknown
+    /// @param axis    [in, out] unit; its vertices are its supports, or once were, or unknown
     /// @param simplex [in, out]
     CULLET_HOST_DEVICE SearchResult run(PairAxis& axis, PairSimplex& simplex, SearchStart start)
     {

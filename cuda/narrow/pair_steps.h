@@ -5,6 +5,7 @@
 #include "cullet/broad/host_device.h"
 #include "cullet/broad/row_pair.h"
 #include "cullet/cuda/narrow/hull_tables.h"
+#include "cullet/cuda/narrow/pair_heights.h"
 #include "cullet/cuda/narrow/pair_search.h"
 #include "cullet/cuda/narrow/pair_types.h"
 #include "cullet/cuda/narrow/posed_pair.h"
@@ -23,10 +24,12 @@ struct PairInput
     std::uint32_t count = 0;
 };
 
-/// What is kept of each pair from one query to the next. Any content gives the same answers, up to rounding.
+/// What is kept of each pair from one query to the next. Any content gives the same answers, up to rounding; but
+/// heights are those of the hulls that they name.
 struct PairMemory
 {
     PairAxis* axes = nullptr;
+    PairHeights* heights = nullptr;
     PairSimplex* simplices = nullptr;
     PairState* states = nullptr;
 
@@ -34,12 +37,14 @@ struct PairMemory
     CULLET_HOST_DEVICE void clear(std::uint64_t pair) const
     {
         axes[pair] = {};
+        heights[pair] = {};
         simplices[pair] = {};
         states[pair] = {};
     }
     CULLET_HOST_DEVICE void copy(std::uint64_t pair, const PairMemory& from, std::uint64_t other) const
     {
         axes[pair] = from.axes[other];
+        heights[pair] = from.heights[other];
         simplices[pair] = from.simplices[other];
         states[pair] = from.states[other];
     }
@@ -105,7 +110,8 @@ struct PairReader
 };
 
 /// Tests the remembered axis of each pair, or without one the axis between the origins. In three parts, between which a
-/// GPU's threads look for the supports together: begin(), support() of both sides, finish().
+/// GPU's threads look for the supports together: begin(), support() of both sides, finish(). A pair of which the known
+/// heights prove that it is apart needs no supports.
 struct TestAxes
 {
     PairReader reader;
@@ -136,6 +142,7 @@ struct TestAxes
         // All loads that need no other one come first.
         const RowPair rows = reader.input.pairs[pair];
         const PairAxis remembered = memory.axes[pair];
+        const PairHeights heights = memory.heights[pair];
         query.state = memory.states[pair];
         ReadPair bodies;
         if (!reader.read(rows, bodies))
@@ -163,7 +170,10 @@ struct TestAxes
         query.shift = dot(query.axis, posed.offset());
         // Errors are relative to the length of the axis.
         query.least = posed.error() * 1.0001f;
-        return PairRoute::Asked;
+        if (query.isNew || !(-mostHeights(heights, query.a, query.b) - query.shift > 1.5f * query.least))
+            return PairRoute::Asked;
+        storeApart(pair, query.state);
+        return PairRoute::Done;
     }
 
     CULLET_HOST_DEVICE PairRoute finish(std::uint32_t pair, const Query& query, const Support<float>& a,
@@ -175,12 +185,18 @@ struct TestAxes
             memory.axes[pair] = {{query.axis.x, query.axis.y, query.axis.z}, now};
         if (!(test.along > query.least))
             return PairRoute::Failed;
-        if (query.state != PairState::Apart)
-            memory.states[pair] = PairState::Apart;
+        memory.heights[pair] = heightsOf(query.a, query.b, a.height + b.height);
+        storeApart(pair, query.state);
         return PairRoute::Done;
     }
 
 private:
+    CULLET_HOST_DEVICE void storeApart(std::uint32_t pair, PairState last) const
+    {
+        if (last != PairState::Apart)
+            memory.states[pair] = PairState::Apart;
+    }
+
     CULLET_HOST_DEVICE static Vec<float> firstAxis(const Vec<float>& offset)
     {
         const float largest = fmaxf(fmaxf(fabsf(offset.x), fabsf(offset.y)), fabsf(offset.z));

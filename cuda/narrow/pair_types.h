@@ -32,7 +32,7 @@ struct alignas(16) PairAxis
     /// Unit length, world axes, from the second body to the first: all of the first lies farther along it than all of
     /// the second, where the state is Apart. Rounded to float, which may hide gaps below 4e-6 of the size of the pair.
     float axis[3];
-    /// For the next query: the support vertices, 16 bits each; 0xffff: unknown.
+    /// For the next query: the last support vertices, 16 bits each; 0xffff: unknown.
     std::uint32_t vertices;
 };
 

@@ -36,6 +36,7 @@ public:
     convex::PairMemory memoryFor(HostPairExec& exec, std::uint32_t count)
     {
         exec.reserve(m_now.axes, count);
+        exec.reserve(m_now.heights, count);
         exec.reserve(m_now.simplices, count);
         exec.reserve(m_now.states, count);
         return m_now.view();
@@ -46,9 +47,13 @@ public:
 private:
     struct Buffers
     {
-        convex::PairMemory view() const { return {axes.data(), simplices.data(), states.data()}; }
+        convex::PairMemory view() const
+        {
+            return {axes.data(), heights.data(), simplices.data(), states.data()};
+        }
 
         HostPairExec::Buffer<PairAxis> axes;
+        HostPairExec::Buffer<convex::PairHeights> heights;
         HostPairExec::Buffer<convex::PairSimplex> simplices;
         HostPairExec::Buffer<PairState> states;
     };
@@ -107,8 +112,10 @@ private:
             const convex::PairMemory memory = m_memories.memory();
             const bool isNew = m_new.count(rows) != 0;
             const Rows axis = {memory.axes[place].vertices, bitsOf(memory.axes[place].axis[1])};
+            const Rows heights = {memory.heights[place].directionA, memory.heights[place].directionB};
             const Rows simplex = {memory.simplices[place].vertices[0], memory.simplices[place].vertices[3]};
             ASSERT_EQ(axis, isNew ? Rows(0, 0) : rows);
+            ASSERT_EQ(heights, isNew ? Rows(0, 0) : rows);
             ASSERT_EQ(simplex, isNew ? Rows(0, 0) : rows);
             ASSERT_EQ(memory.states[place], isNew ? PairState::Apart : PairState::Overlapping);
             ++place;
@@ -129,6 +136,7 @@ private:
         {
             std::memcpy(&memory.axes[place].axis[1], &rows.second, sizeof(rows.second));
             memory.axes[place].vertices = rows.first;
+            memory.heights[place] = {rows.first, rows.second, 0.0f, rows.first};
             memory.simplices[place] = {{rows.first, 0, 0, rows.second}};
             memory.states[place++] = PairState::Overlapping;
         }

@@ -116,6 +116,81 @@ TEST_P(ConvexPairs, HaveDistancesAndClosestPointsOfGjkAndListOverlaps)
     EXPECT_GT(tally.beyond, 200);
 }
 
+/// The steps of convex pairs one by one, in order.
+class StepByStep
+{
+public:
+    explicit StepByStep(const ConvexScene& scene)
+        : m_axes(scene.pairs.size()),
+          m_heights(m_axes.size()),
+          m_simplices(m_axes.size()),
+          m_states(m_axes.size())
+    {
+    }
+
+    /// @return how many pairs have asked for supports
+    int query(const ConvexScene& scene)
+    {
+        const auto count = static_cast<std::uint32_t>(scene.pairs.size());
+        const convex::PairReader reader = {
+            scene.set.tables(),
+            {scene.poses.data(), static_cast<std::uint32_t>(scene.poses.size()), scene.pairs.data(), count}};
+        const convex::PairMemory memory = {m_axes.data(), m_heights.data(), m_simplices.data(),
+                                           m_states.data()};
+        convex::PairCounts counts;
+        const convex::TestAxes test = {reader, memory, &counts};
+        int asked = 0;
+        for (std::uint32_t pair = 0; pair < count; ++pair)
+        {
+            convex::TestAxes::Query query;
+            convex::PairRoute route = test.begin(pair, query);
+            asked += route == convex::PairRoute::Asked;
+            if (route == convex::PairRoute::Asked)
+                route = test.finish(pair, query, query.a.support(), query.b.support());
+            if (route != convex::PairRoute::Done &&
+                !convex::SearchInFloat{{reader, memory, &counts}}(pair, route))
+                convex::SearchInDouble{{reader, memory, &counts}}(pair);
+        }
+        return asked;
+    }
+
+    ConvexAnswers answers() const
+    {
+        ConvexAnswers answers;
+        answers.states = m_states;
+        answers.axes = m_axes;
+        return answers;
+    }
+
+private:
+    std::vector<PairAxis> m_axes;
+    std::vector<convex::PairHeights> m_heights;
+    std::vector<convex::PairSimplex> m_simplices;
+    std::vector<PairState> m_states;
+};
+
+TEST_P(ConvexPairs, AskForFewSupportsWhenBodiesHardlyMove)
+{
+    const unsigned seed = 60;
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    ConvexScene scene(GetParam(), 3000, seed);
+    StepByStep steps(scene);
+    ConvexTally tally;
+    int asked = 0;
+    for (int frame = 0; frame < 2 * kFrames; ++frame)
+    {
+        const int now = steps.query(scene);
+        // A search finds an axis, the next frame its heights.
+        asked += frame > 1 ? now : 0;
+        checkPairs(scene, steps.answers(), tally);
+        scene.step(0.01);
+    }
+    expectGood(tally);
+    const int apart = (tally.pairs - tally.overlapping) / (2 * kFrames);
+    EXPECT_GT(apart, 1000);
+    EXPECT_LT(asked, apart * (2 * kFrames - 2) / 2);
+}
+
 INSTANTIATE_TEST_SUITE_P(Host, ConvexPairs, testing::ValuesIn(kConvexKinds), nameOfKind);
 
 TEST(ConvexPairSizes, EqualIsaGjkWhereFloatUnderflowsOrOverflows)

@@ -6,6 +6,7 @@
 #include "cullet/cuda/narrow/closest_point.h"
 #include "cullet/cuda/narrow/hull_set.h"
 #include "cullet/cuda/narrow/hull_view.h"
+#include "cullet/cuda/narrow/pair_heights.h"
 #include "cullet/cuda/narrow/posed_pair.h"
 #include "cullet/tests/cuda/support/convex_check.h"
 #include "cullet/tests/cuda/support/convex_scene.h"
@@ -228,6 +229,90 @@ TEST(ConvexPairErrors, StayBelowTheirBounds)
         // A bound that no error comes near would send too many pairs to the search in double.
         EXPECT_GT(shares.ofAxis, 0.01);
         EXPECT_GT(shares.ofPoint, 0.01);
+    }
+}
+
+/// Pairs and directions, the heights of which bound those of later directions.
+struct HeightTally
+{
+    int known = 0, below = 0, tight = 0;
+};
+
+/// Turns both directions by about that angle from known ones, and compares the bound with the largest products.
+void compareHeights(const ConvexScene& scene, RowPair pair, double angle, std::mt19937& engine,
+                    HeightTally& tally)
+{
+    const convex::HullTables tables = scene.set.tables();
+    const auto sideOf = [&](std::uint32_t body, const Eigen::Vector3d& d) -> convex::HullSide<float>
+    {
+        const Eigen::Vector3f v = d.cast<float>();
+        return {HullView(tables, scene.poses[body].hull), {v[0], v[1], v[2]}, -1};
+    };
+    const auto heightOf = [](const convex::HullSide<float>& side)
+    {
+        const Vec<double> d = {double(side.direction.x), double(side.direction.y), double(side.direction.z)};
+        return side.hull.support(d, -1).height;
+    };
+    const Eigen::Vector3d a = randomDirection(engine), b = randomDirection(engine);
+    const convex::HullSide<float> oldA = sideOf(pair.a, a), oldB = sideOf(pair.b, b);
+    const convex::PairHeights known = heightsOf(oldA, oldB, oldA.support().height + oldB.support().height);
+    const convex::HullSide<float> newA = sideOf(pair.a, (a + angle * randomDirection(engine)).normalized()),
+                                  newB = sideOf(pair.b, (b + angle * randomDirection(engine)).normalized());
+    const double reach = double(newA.hull.reach()) + double(newB.hull.reach());
+    const double bound = double(mostHeights(known, newA, newB)), exact = heightOf(newA) + heightOf(newB);
+    ++tally.known;
+    // What PosedPair::error() and half of it leave to these sums.
+    tally.below += bound < exact - 84.0 * 0x1p-24 * reach;
+    tally.tight += bound < exact + (2.0 * angle + 1e-3) * reach;
+}
+
+TEST(PairHeights, BoundHeightsOfAllDirections)
+{
+    const unsigned seed = 52;
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    std::mt19937 engine(seed);
+    const ConvexScene scene(ConvexKind::Regular, 4000, seed);
+    for (const double angle : {0.0, 1e-6, 1e-4, 1e-2, 1.0})
+    {
+        HeightTally tally;
+        for (const RowPair& pair : scene.pairs)
+            compareHeights(scene, pair, angle, engine, tally);
+        EXPECT_EQ(tally.known, 4000);
+        EXPECT_EQ(tally.below, 0) << angle;
+        // A loose bound would prove nothing.
+        EXPECT_GT(tally.tight, 3990) << angle;
+    }
+}
+
+TEST(PairHeights, KnowNothingOfOtherHulls)
+{
+    const ConvexScene scene(ConvexKind::Regular, 1, 53);
+    const convex::HullTables tables = scene.set.tables();
+    const auto sideOf = [&](std::uint32_t hull) -> convex::HullSide<float> {
+        return {HullView(tables, hull), {0.0f, 0.0f, 1.0f}, -1};
+    };
+    const convex::PairHeights known = heightsOf(sideOf(1), sideOf(2), 0.0f);
+    EXPECT_LT(mostHeights(known, sideOf(1), sideOf(2)), 1e-3f);
+    EXPECT_EQ(mostHeights(known, sideOf(2), sideOf(1)), INFINITY);
+    EXPECT_EQ(mostHeights(known, sideOf(1), sideOf(0)), INFINITY);
+    EXPECT_EQ(mostHeights({}, sideOf(0), sideOf(0)), INFINITY);
+    const convex::HullRow row = tables.rows[0];
+    const HullView last(tables, 0xfffe, row), beyond(tables, 0xffff, row);
+    EXPECT_NE(keyOf(last, last), 0u);
+    EXPECT_EQ(keyOf(last, beyond), 0u);
+    EXPECT_EQ(keyOf(beyond, last), 0u);
+}
+
+TEST(PairHeights, KeepDirectionsWithinTenThousandth)
+{
+    const unsigned seed = 54;
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    std::mt19937 engine(seed);
+    for (const Eigen::Vector3f& direction : directions(engine))
+    {
+        const Eigen::Vector3f unit = direction.normalized();
+        const Vec<float> kept = convex::directionOf(convex::codeOf({unit[0], unit[1], unit[2]}));
+        EXPECT_LT((Eigen::Vector3f(kept.x, kept.y, kept.z) - unit).norm(), 1e-4f) << unit.transpose();
     }
 }
 

@@ -61,16 +61,16 @@ public:
         }
     }
 
-    /// Turns every second body by 1 to 3 degrees, and moves it by a hundredth.
-    void step()
+    /// Turns every second body by 1 to 3 degrees, and moves it by a hundredth, or by that share of both.
+    void step(double share = 1.0)
     {
-        std::uniform_real_distribution<double> angle(0.017, 0.05);
+        std::uniform_real_distribution<double> angle(0.017 * share, 0.05 * share);
         for (std::size_t i = 1; i < poses.size(); i += 2)
         {
             BodyPose& pose = poses[i];
             const Eigen::Vector3d axis = randomDirection(m_engine), shift = randomDirection(m_engine);
             const Eigen::Quaterniond turned(Eigen::AngleAxisd(angle(m_engine), axis) * rotationOf(pose));
-            setPose(pose, turned, positionOf(pose) + 0.01 * shift);
+            setPose(pose, turned, positionOf(pose) + 0.01 * share * shift);
         }
     }
 
