@@ -37,6 +37,7 @@ WorldSceneOptions optionsOf(DropPart part, const WorldSceneOptions& scene, bool 
         options.backend = "dbvt";
     if (!fixedNarrow)
         options.narrow = part >= DropPart::Dispatcher ? "dispatcher" : "bullet";
+    options.activeEdges = true;
     options.update = part == DropPart::World ? "parallel" : "bullet";
     return options;
 }

@@ -30,7 +30,8 @@ const std::string& nameOf(DropPart part);
 /// @param names some of dropPartNames()
 std::vector<DropPart> dropPartsNamed(const std::vector<std::string>& names);
 
-/// The options of the world with this part: its broad phase, narrow phase and update of the boxes.
+/// The options of the world with this part: its broad phase, narrow phase, with active edges unless it is Bullet's, and
+/// update of the boxes.
 ///
 /// @param scene       backend: the broad phase of all parts but stock
 /// @param fixedNarrow use scene.narrow for every part

@@ -72,6 +72,31 @@ TEST(MeshScenes, HoldBodiesThatFallOntoCityAndNeedles)
     }
 }
 
+/// The fastest that a body of scene "slide" rises in a second.
+double fastestRise(const std::string& narrow)
+{
+    WorldSceneOptions options = makeOptions(24);
+    options.narrow = narrow;
+    const auto slide = makeWorldScene("slide", options);
+    double fastest = 0.0;
+    for (int i = 0; i < 60; ++i)
+    {
+        slide->step();
+        for (int body = 1; body <= 24; ++body)
+            fastest = std::max(
+                fastest,
+                double(static_cast<const btRigidBody&>(object(*slide, body)).getLinearVelocity().y()));
+    }
+    return fastest;
+}
+
+TEST(MeshScenes, SlideWithoutJumpsWithEachOfOurNarrowPhases)
+{
+    EXPECT_GT(fastestRise("bullet"), 1.0);
+    EXPECT_LT(fastestRise("isa-gjk"), 0.2);
+    EXPECT_LT(fastestRise("dispatcher"), 0.2);
+}
+
 TEST(MeshScenes, SlideSixShapesAlongTheirLanes)
 {
     const auto scene = make("slide", 12);

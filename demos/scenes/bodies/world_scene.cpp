@@ -28,14 +28,16 @@ std::unique_ptr<btCollisionDispatcher> makeDispatcher(const WorldSceneOptions& o
     {
         DispatcherOptions own;
         own.threads = options.threads;
+        own.isaGjk.activeEdges = options.activeEdges;
         own.isaGjk.reusePose.distance = static_cast<btScalar>(options.reuse);
         return std::make_unique<Dispatcher>(&configuration, own);
     }
     auto dispatcher = std::make_unique<btCollisionDispatcher>(&configuration);
     IsaGjkOptions isaGjk;
-    isaGjk.activeEdges = options.narrow == "active-edges";
+    const bool isNamed = options.narrow == "active-edges";
+    isaGjk.activeEdges = isNamed || options.activeEdges;
     isaGjk.reusePose.distance = static_cast<btScalar>(options.reuse);
-    if (options.narrow == "isa-gjk" || isaGjk.activeEdges)
+    if (options.narrow == "isa-gjk" || isNamed)
         registerIsaGjk(*dispatcher, isaGjk);
     else if (options.narrow != "bullet")
         throw ProgramError(kExitUsage, "no narrow phase '" + options.narrow + "'");

@@ -33,6 +33,7 @@ struct WorldSceneOptions
     std::string update = "bullet";       ///< update of the boxes: one of boxUpdateNames()
     std::string solver = "bullet";       ///< of constraints: one of solverNames()
     double reuse = 0;                    ///< IsaGjkOptions::reusePose of narrow: its distance in metres
+    bool activeEdges = false;            ///< IsaGjkOptions::activeEdges of narrow, unless that is Bullet's
     bool prepares = false;               ///< declare meshes constant before the first step: prepare()
     bool isMt = false;                   ///< Bullet's own multithreaded world; narrow and update are ignored
     int threads = 0;                ///< of backend, narrow, update and isMt; 0: as many as the machine has

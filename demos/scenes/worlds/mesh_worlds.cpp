@@ -176,7 +176,7 @@ class SlideWorld : public WorldScene
 {
 public:
     SlideWorld(const std::string& name, NamedBroadphase broadphase, const WorldSceneOptions& scene)
-        : WorldScene(name, std::move(broadphase), scene), m_random(scene.seed)
+        : WorldScene(name, std::move(broadphase), withActiveEdges(scene)), m_random(scene.seed)
     {
         const int lanes = static_cast<int>(scene.bodies);
         btTriangleMesh& mesh = makeShape<btTriangleMesh>();
@@ -205,6 +205,12 @@ protected:
     }
 
 private:
+    static WorldSceneOptions withActiveEdges(WorldSceneOptions options)
+    {
+        options.activeEdges = true;
+        return options;
+    }
+
     static constexpr int kReach = 20;  ///< metres of a lane on each side
     static constexpr int kLane = 2;    ///< metres between lanes
 

@@ -20,9 +20,9 @@ std::unique_ptr<WorldScene> makeCityScene(const std::string& name, NamedBroadpha
 std::unique_ptr<WorldScene> makeNeedlesScene(const std::string& name, NamedBroadphase broadphase,
                                              const WorldSceneOptions& options);
 
-/// Scene "slide": spheres, boxes, capsules, cylinders and hulls of 16 and 64 points slide without friction over a flat mesh
-/// with edges of 0.5 m, at 1 to 15 m/s. Each has a lane along x, and begins it anew at its end. A body that leaves the
-/// height or the speed it began with has hit an edge inside of the mesh.
+/// Scene "slide", with WorldSceneOptions::activeEdges: spheres, boxes, capsules, cylinders and hulls of 16 and 64 points
+/// slide without friction over a flat mesh with edges of 0.5 m, at 1 to 15 m/s. Each has a lane along x, and begins it
+/// anew at its end. A body that leaves the height or the speed it began with has hit an edge inside of the mesh.
 std::unique_ptr<WorldScene> makeSlideScene(const std::string& name, NamedBroadphase broadphase,
                                            const WorldSceneOptions& options);
 }  // namespace CULLET_PRECISION

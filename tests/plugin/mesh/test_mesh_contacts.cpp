@@ -365,6 +365,7 @@ TEST_F(EditedMesh, IsSeenInTheSameStepWhenAVertexMoves)
     expectSame("at rest");
     expectSame("at rest");
     ASSERT_GT(contacts, 0);
+    const btPersistentManifold before = ours.manifold();
     unsigned char* vertices;
     unsigned char* indices;
     int vertexCount, stride, indexStride, faceCount;
@@ -375,7 +376,7 @@ TEST_F(EditedMesh, IsSeenInTheSameStepWhenAVertexMoves)
     for (int i = 0; i < vertexCount; ++i)
         *reinterpret_cast<btScalar*>(vertices + i * stride + sizeof(btScalar)) *= btScalar(0.25);
     expectSame("lowered");
-    EXPECT_LT(ours.step(pose, btTransform::getIdentity()).getNumContacts(), 5);
+    EXPECT_FALSE(arePointsEqual(before, ours.manifold()));
 }
 
 TEST_F(EditedMesh, IsSeenInTheSameStepWhenShapesAreExchanged)
