@@ -1,9 +1,11 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 #include "cullet/demos/bench/narrow/convex_file.h"
+#include "cullet/demos/bench/narrow/convex_on_cpu.h"
 
 #include <gtest/gtest.h>
 
+#include <cstddef>
 #include <cstdint>
 #include <cstdio>
 #include <cstring>
@@ -94,5 +96,54 @@ TEST(ConvexFile, ThrowsWhereFileCannotBeWritten)
     options.frames = 1;
     const ConvexMotion motion(options);
     EXPECT_THROW(writeConvexFile(motion, 0, testing::TempDir() + "no such folder/file"), std::runtime_error);
+}
+
+TEST(ConvexMotion, GoesToLastFrameAndBack)
+{
+    ConvexMotionOptions options;
+    options.pairs = 1;
+    options.frames = 3;
+    const ConvexMotion three(options);
+    std::vector<int> frames;
+    for (int step = 0; step < 6; ++step)
+        frames.push_back(three.frameAt(step));
+    EXPECT_EQ(frames, (std::vector<int>{0, 1, 2, 1, 0, 1}));
+    options.frames = 1;
+    EXPECT_EQ(ConvexMotion(options).frameAt(5), 0);
+}
+
+TEST(ConvexMotion, MovesLastRowsOnlyWhenFirstBodiesRest)
+{
+    ConvexMotionOptions options;
+    options.pairs = 200;
+    options.frames = 3;
+    options.isFirstAtRest = true;
+    const ConvexMotion motion(options);
+    ASSERT_EQ(motion.firstMoving(), 200u);
+    const auto isSame = [](const BodyPose& a, const BodyPose& b)
+    { return std::memcmp(&a, &b, sizeof(a)) == 0; };
+    for (const int frame : {1, 2})
+    {
+        const std::vector<BodyPose>&before = motion.frame(frame - 1), &now = motion.frame(frame);
+        for (std::size_t row = 0; row < now.size(); ++row)
+            EXPECT_EQ(isSame(before[row], now[row]), row < motion.firstMoving()) << row;
+    }
+    for (std::uint32_t k = 0; k < options.pairs; ++k)
+        EXPECT_TRUE(motion.pairs()[k].a == k && motion.pairs()[k].b == options.pairs + k) << k;
+}
+
+TEST(ConvexMotion, HasPlantedOverlapsForOneThread)
+{
+    for (const bool isFirstAtRest : {false, true})
+    {
+        ConvexMotionOptions options;
+        options.pairs = 300;
+        options.frames = 4;
+        options.isFirstAtRest = isFirstAtRest;
+        const ConvexMotion motion(options);
+        EXPECT_EQ(motion.overlapping(), 15u);
+        EXPECT_NO_THROW(timeOnOneThread(motion, 6));
+        EXPECT_THROW(motion.requireOverlapping(14), std::runtime_error);
+    }
 }
 }  // namespace

@@ -59,9 +59,7 @@ Answers answersTo(const ConvexMotion& motion, int frame)
     queries.launch(exec, input);
     queries.launchList(exec, input.count);
     const std::uint32_t* const count = queries.overlapCount(input.count);
-    if (*count != motion.overlapping())
-        throw std::runtime_error(std::to_string(*count) + " pairs overlap instead of " +
-                                 std::to_string(motion.overlapping()));
+    motion.requireOverlapping(*count);
     convex::ContactQueries<convex::HostPairExec> contacts(exec, motion.hulls());
     contacts.prepare(exec, *count, true);
     contacts.launchDepths(exec, queries.readerOf(input), queries.overlaps(), count);

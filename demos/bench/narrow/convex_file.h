@@ -30,6 +30,7 @@ struct ConvexFileSums
 
 /// Writes the pairs of a frame with cullet's depths, which are computed on the CPU, with the same bits as on a device.
 ///
+/// @pre the motion is without isFirstAtRest
 /// @throws std::runtime_error if the file cannot be written, or if more or fewer pairs overlap than are planted, or a
 ///     depth is not proved
 ConvexFileSums writeConvexFile(const ConvexMotion& motion, int frame, const std::string& path);

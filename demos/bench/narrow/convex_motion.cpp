@@ -13,6 +13,8 @@
 #include <cstddef>
 #include <limits>
 #include <random>
+#include <stdexcept>
+#include <string>
 
 namespace cullet
 {
@@ -64,14 +66,17 @@ BodyPose poseOf(std::uint32_t hull, const Eigen::Quaternionf& turn, const Eigen:
 }  // namespace
 
 ConvexMotion::ConvexMotion(const ConvexMotionOptions& options)
-    : m_frames(static_cast<std::size_t>(options.frames),
-               std::vector<BodyPose>(std::size_t{2} * options.pairs))
+    : m_shares(options.shares),
+      m_frames(static_cast<std::size_t>(options.frames),
+               std::vector<BodyPose>(std::size_t{2} * options.pairs)),
+      m_firstMoving(options.isFirstAtRest ? options.pairs : 0)
 {
     std::mt19937 engine(options.seed);
     for (std::uint32_t i = 0; i < kHulls; ++i)
     {
         const std::vector<Eigen::Vector3f> points = hullPoints(options.vertices, engine);
-        m_set.add(makeHull(points, HullExtra::None));
+        m_float.push_back(makeHull(points, HullExtra::None));
+        m_set.add(m_float.back());
         std::vector<Eigen::Vector3d> wide;
         Eigen::Vector3d centre = Eigen::Vector3d::Zero();
         for (const Eigen::Vector3f& point : points)
@@ -84,8 +89,9 @@ ConvexMotion::ConvexMotion(const ConvexMotionOptions& options)
     }
     for (std::uint32_t pair = 0; pair < options.pairs; ++pair)
     {
-        m_pairs.push_back({2 * pair, 2 * pair + 1});
-        m_overlapping += static_cast<int>(pair % 100) >= options.shares.separated + options.shares.near;
+        m_pairs.push_back(options.isFirstAtRest ? RowPair{pair, options.pairs + pair}
+                                                : RowPair{2 * pair, 2 * pair + 1});
+        m_overlapping += isPlantedDeep(pair);
     }
     ParallelLoops loops(0);
     const unsigned tasks = loops.tasksFor(options.pairs, 64);
@@ -96,6 +102,27 @@ ConvexMotion::ConvexMotion(const ConvexMotionOptions& options)
                   for (std::uint64_t pair = count * task / tasks; pair < count * (task + 1) / tasks; ++pair)
                       plant(static_cast<std::uint32_t>(pair), options);
               });
+}
+
+bool ConvexMotion::isPlantedDeep(std::uint32_t pair) const
+{
+    return static_cast<int>(pair % 100) >= m_shares.separated + m_shares.near;
+}
+
+int ConvexMotion::frameAt(int step) const
+{
+    const int last = frameCount() - 1;
+    if (last == 0)
+        return 0;
+    const int place = step % (2 * last);
+    return place <= last ? place : 2 * last - place;
+}
+
+void ConvexMotion::requireOverlapping(std::uint32_t found) const
+{
+    if (found != m_overlapping)
+        throw std::runtime_error(std::to_string(found) + " pairs overlap instead of " +
+                                 std::to_string(m_overlapping));
 }
 
 void ConvexMotion::plant(std::uint32_t pair, const ConvexMotionOptions& options)
@@ -113,7 +140,7 @@ void ConvexMotion::plant(std::uint32_t pair, const ConvexMotionOptions& options)
                            : kind < options.shares.separated + options.shares.near
                                ? between(0.001, 0.003, engine)
                                : -between(0.01, 0.05, engine);
-        const Eigen::Quaternionf turnA = a.at(frame), turnB = b.at(frame);
+        const Eigen::Quaternionf turnA = a.at(options.isFirstAtRest ? 0 : frame), turnB = b.at(frame);
         const Eigen::Vector3d away = 2.6 * (Eigen::AngleAxisd(around.angle * frame, around.axis) * side);
         const Eigen::Matrix3d basisA = turnA.cast<double>().normalized().toRotationMatrix();
         const PosedHull<double> posedA(m_exact[hullA], basisA, Eigen::Vector3d::Zero());
@@ -135,8 +162,8 @@ void ConvexMotion::plant(std::uint32_t pair, const ConvexMotionOptions& options)
             place += 0.25 * (inside - place);
         }
         std::vector<BodyPose>& poses = m_frames[static_cast<std::size_t>(frame)];
-        poses[std::size_t{2} * pair] = poseOf(hullA, turnA, home);
-        poses[std::size_t{2} * pair + 1] = poseOf(hullB, turnB, home + place);
+        poses[m_pairs[pair].a] = poseOf(hullA, turnA, home);
+        poses[m_pairs[pair].b] = poseOf(hullB, turnB, home + place);
     }
 }
 

@@ -2,10 +2,14 @@
 // SPDX-License-Identifier: Zlib
 
 // cullet_convex_times [PAIRS [VERTICES...]]: times of queries of convex pairs on a device, for profilers too. First
-// booleans, then contacts of pairs that all touch, a tenth as many.
+// booleans, then contacts of pairs that all touch, a tenth as many, then the way from poses in the CPU's memory to the
+// touching pairs there, beside one thread.
 
+#include "cullet/demos/bench/narrow/convex_on_cpu.h"
 #include "cullet/demos/bench/narrow/convex_times.h"
 
+#include <algorithm>
+#include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
@@ -46,6 +50,24 @@ void printTouching(ConvexMotionOptions options)
     query.contactMargin = kContactMargin;
     print(options, "contacts", query);
 }
+
+/// Of as many pairs, and a tenth, a hundredth and a thousandth as many.
+void printRoundTrips(ConvexMotionOptions options)
+{
+    options.isFirstAtRest = true;
+    const std::uint32_t most = options.pairs;
+    for (const std::uint32_t part : {1000, 100, 10, 1})
+    {
+        options.pairs = std::max(most / part, 1u);
+        const ConvexMotion motion(options);
+        const ConvexTimes times = timeRoundTrips(motion, 30);
+        const double cpuMs = timeOnOneThread(motion, 7);
+        std::printf(
+            "ids      %8u pairs, %3d vertices: warm %.4f ms (p90 %.4f), cold %.4f ms, one thread %.4f ms\n",
+            options.pairs, options.vertices, times.warmMs, times.warmP90Ms, times.coldMs, cpuMs);
+        std::fflush(stdout);
+    }
+}
 }  // namespace
 
 int main(int argc, char** argv)
@@ -66,6 +88,7 @@ int main(int argc, char** argv)
             print(options);
         }
         options.vertices = vertices.front();
+        const ConvexMotionOptions usual = options;
         options.degrees = 0.05;
         // Nearly all of the last is the test of axes.
         for (const GapShares& shares : {GapShares{95, 4}, GapShares{100, 0}})
@@ -80,6 +103,7 @@ int main(int argc, char** argv)
             options.vertices = count;
             printTouching(options);
         }
+        printRoundTrips(usual);
     }
     catch (const std::exception& error)
     {

@@ -5,13 +5,17 @@
 #include "cullet/cuda/narrow/convex_pairs.h"
 #include "cullet/cuda/narrow/hull_set.h"
 #include "cullet/demos/bench/narrow/convex_motion.h"
+#include "cullet/demos/bench/narrow/convex_on_cpu.h"
 #include "cullet/demos/bench/narrow/convex_times.h"
 #include "cullet/demos/program/exit_code.h"
 #include "cullet/demos/program/interrupt.h"
 
+#include <algorithm>
 #include <cstdint>
 #include <cstdio>
+#include <cstring>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace cullet
@@ -23,8 +27,14 @@ constexpr GapShares kUsual = {80, 15}, kCalm = {95, 4}, kApart = {100, 0}, kTouc
 struct Case
 {
     ConvexMotionOptions motion;
-    const char* query;  ///< booleans, depths or contacts
+    const char*
+        query;  ///< booleans, depths or contacts; or ids: booleans, from the CPU's memory to the CPU's
 };
+
+bool isRoundTrip(const Case& one)
+{
+    return std::strcmp(one.query, "ids") == 0;
+}
 
 ConvexQuery queryOf(const std::string& name)
 {
@@ -34,7 +44,7 @@ ConvexQuery queryOf(const std::string& name)
     return query;
 }
 
-/// Sizes of lists and hulls, then other mixes and motions, then pairs that touch.
+/// Sizes of lists and hulls, then other mixes and motions, then pairs that touch, then ways there and back.
 std::vector<Case> cases(unsigned seed)
 {
     constexpr std::uint32_t kMillion = 1000000;
@@ -56,6 +66,11 @@ std::vector<Case> cases(unsigned seed)
     for (const int vertices : {8, 162})
         add(100000, vertices, kTouching, 1.0, "contacts");
     add(kMillion, 42, kUsual, 1.0, "contacts");
+    for (const std::uint32_t pairs : {1000u, 10000u, 100000u, kMillion})
+    {
+        add(pairs, 42, kUsual, 1.0, "ids");
+        all.back().motion.isFirstAtRest = true;
+    }
     return all;
 }
 
@@ -66,31 +81,50 @@ std::string nameOf(const GapShares& shares)
            std::to_string(overlapping);
 }
 
-void add(const Case& one, const ConvexTimes& times, ResultFile& file)
+/// @param cpuMs of one thread; 0: not measured
+void add(const Case& one, const ConvexTimes& times, double cpuMs, ResultFile& file)
 {
     const ConvexMotionOptions& options = one.motion;
     const double perMicrosecond = options.pairs / (1000.0 * times.warmMs);
-    std::printf("%9u %8d %9s %7.2f %9s %9.4f %9.4f %9.4f %9.0f\n", options.pairs, options.vertices,
+    std::printf("%9u %8d %9s %7.2f %9s %9.4f %9.4f %9.4f %9.0f", options.pairs, options.vertices,
                 nameOf(options.shares).c_str(), options.degrees, one.query, times.warmMs, times.warmP90Ms,
                 times.coldMs, perMicrosecond);
+    if (cpuMs > 0)
+        std::printf(" %9.4f", cpuMs);
+    std::printf("\n");
     std::fflush(stdout);
-    file.addRow({{"benchmark", "narrow_device"},
-                 {"pairs", options.pairs},
-                 {"vertices", options.vertices},
-                 {"mix", nameOf(options.shares)},
-                 {"degrees", options.degrees},
-                 {"query", one.query},
-                 {"warm_ms", times.warmMs},
-                 {"warm_p90_ms", times.warmP90Ms},
-                 {"cold_ms", times.coldMs},
-                 {"pairs_per_us", perMicrosecond},
-                 {"bytes", times.bytes},
-                 {"failed", times.counts.failed},
-                 {"remembered", times.counts.remembered},
-                 {"doubtful", times.counts.doubtful},
-                 {"overlapping", times.counts.overlapping},
-                 {"large_depths", times.counts.largeDepths},
-                 {"examined_depths", times.counts.examinedDepths}});
+    Json row = {{"benchmark", "narrow_device"},
+                {"pairs", options.pairs},
+                {"vertices", options.vertices},
+                {"mix", nameOf(options.shares)},
+                {"degrees", options.degrees},
+                {"query", one.query},
+                {"warm_ms", times.warmMs},
+                {"warm_p90_ms", times.warmP90Ms},
+                {"cold_ms", times.coldMs},
+                {"pairs_per_us", perMicrosecond},
+                {"bytes", times.bytes},
+                {"failed", times.counts.failed},
+                {"remembered", times.counts.remembered},
+                {"doubtful", times.counts.doubtful},
+                {"overlapping", times.counts.overlapping},
+                {"large_depths", times.counts.largeDepths},
+                {"examined_depths", times.counts.examinedDepths}};
+    if (cpuMs > 0)
+        row["cpu_ms"] = cpuMs;
+    file.addRow(std::move(row));
+}
+
+void measure(const Case& one, int repetitions, ResultFile& file)
+{
+    const ConvexMotion motion(one.motion);
+    if (!isRoundTrip(one))
+    {
+        add(one, timeConvexPairs(motion, repetitions, queryOf(one.query)), 0.0, file);
+        return;
+    }
+    const ConvexTimes times = timeRoundTrips(motion, repetitions);
+    add(one, times, timeOnOneThread(motion, std::min(repetitions, 7)), file);
 }
 }  // namespace
 
@@ -99,14 +133,13 @@ void runDeviceNarrowBench(const DeviceNarrowOptions& options, ResultFile& file)
     std::string why;
     if (!makeDeviceConvexPairs(HullSet(), 0, nullptr, &why))
         throw ProgramError(kExitUnavailable, why);
-    std::printf("%9s %8s %9s %7s %9s %9s %9s %9s %9s\n", "pairs", "vertices", "mix", "degrees", "query",
-                "warm_ms", "p90_ms", "cold_ms", "pairs/us");
+    std::printf("%9s %8s %9s %7s %9s %9s %9s %9s %9s %9s\n", "pairs", "vertices", "mix", "degrees", "query",
+                "warm_ms", "p90_ms", "cold_ms", "pairs/us", "cpu_ms");
     for (const Case& one : cases(options.seed))
     {
         if (one.motion.pairs > options.mostPairs || isInterrupted())
             continue;
-        const ConvexMotion motion(one.motion);
-        add(one, timeConvexPairs(motion, options.repetitions, queryOf(one.query)), file);
+        measure(one, options.repetitions, file);
     }
 }
 }  // namespace cullet

@@ -19,8 +19,10 @@ struct DeviceNarrowOptions
 /// Times queries of convex pairs in device memory (ConvexMotion, timeConvexPairs()).
 ///
 /// Columns: pairs, vertices, mix (separated/near/overlapping of a hundred), degrees a frame, query (booleans; depths or
-/// contacts: with the booleans and the list of overlaps), warm_ms, warm_p90_ms and cold_ms (the device's clock, L2
-/// flushed before each frame), pairs_per_us, bytes of device memory, and of the last warm frame failed, remembered,
+/// contacts: with the booleans and the list of overlaps; ids: poses come from the CPU's memory and the list of overlaps
+/// goes there, and the first body of each pair rests, timeRoundTrips()), warm_ms, warm_p90_ms and cold_ms (the device's
+/// clock, or of ids the CPU's; L2 flushed before each frame), pairs_per_us, cpu_ms (only of ids: the same warm booleans on
+/// one thread, timeOnOneThread()), bytes of device memory, and of the last warm frame failed, remembered,
 /// doubtful and overlapping pairs, and depths that took a large polytope or all faces. Each frame finds as many
 /// overlapping pairs as were planted, all depths proved to 1e-4 of the size, and no contact empty.
 ///
