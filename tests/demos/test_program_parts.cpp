@@ -1,5 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
+#include "cullet/demos/program/bench_cases.h"
 #include "cullet/demos/program/exit_code.h"
 #include "cullet/demos/program/files/hash_check.h"
 #include "cullet/demos/program/files/result_file.h"
@@ -9,9 +10,14 @@
 
 #include <gtest/gtest.h>
 
+#include <cstdio>
 #include <fstream>
+#include <iterator>
 #include <sstream>
+#include <stdexcept>
+#include <string>
 #include <utility>
+#include <vector>
 
 namespace cullet
 {
@@ -60,6 +66,48 @@ TEST(SpeedSentence, UsesSingularForOneAndPluralForMany)
     EXPECT_EQ(countOf(0, "body", "bodies"), "0 bodies");
     EXPECT_EQ(countOf(1, "body", "bodies"), "1 body");
     EXPECT_EQ(countOf(2, "body", "bodies"), "2 bodies");
+}
+
+std::string textOf(const std::string& path)
+{
+    std::ifstream file(path);
+    return {std::istreambuf_iterator<char>(file), {}};
+}
+
+TEST(BenchCases, SaveRowsOfAllOthersWhenOneThrows)
+{
+    const std::string path = testing::TempDir() + "bench_cases.csv";
+    ResultFile file({}, "", path);
+    std::string early;
+    const std::vector<BenchCase> cases = {{"first",
+                                           [&] {
+                                               file.addRow({{"scene", "one"}});
+                                           }},
+                                          {"second", [] { throw std::runtime_error("no memory"); }},
+                                          {"third",
+                                           [&]
+                                           {
+                                               early = textOf(path);
+                                               file.addRow({{"scene", "three"}});
+                                           }},
+                                          {"fourth", [] { throw std::runtime_error("lost"); }}};
+    try
+    {
+        measureCases(cases, file);
+        FAIL();
+    }
+    catch (const ProgramError& error)
+    {
+        EXPECT_EQ(error.code(), kExitDisagreement);
+        EXPECT_STREQ(error.what(), "second: no memory; fourth: lost");
+    }
+    EXPECT_NE(early.find("\none,"), std::string::npos) << early;
+    EXPECT_EQ(early.find("three"), std::string::npos) << early;
+    const std::string saved = textOf(path);
+    EXPECT_NE(saved.find("\none,"), std::string::npos) << saved;
+    EXPECT_NE(saved.find("\nthree,"), std::string::npos) << saved;
+    EXPECT_NO_THROW(measureCases({cases[0], cases[2]}, file));
+    std::remove(path.c_str());
 }
 
 TEST(HashCheck, RejectsAnswerThatDiffersFromFirstOne)

@@ -7,8 +7,8 @@
 #include "cullet/demos/bench/narrow/convex_motion.h"
 #include "cullet/demos/bench/narrow/convex_on_cpu.h"
 #include "cullet/demos/bench/narrow/convex_times.h"
+#include "cullet/demos/program/bench_cases.h"
 #include "cullet/demos/program/exit_code.h"
-#include "cullet/demos/program/interrupt.h"
 
 #include <algorithm>
 #include <cstdint>
@@ -22,6 +22,7 @@ namespace cullet
 {
 namespace
 {
+constexpr std::uint32_t kMillionPairs = 1000000;
 constexpr GapShares kUsual = {80, 15}, kCalm = {95, 4}, kApart = {100, 0}, kTouching = {0, 0};
 
 struct Case
@@ -47,26 +48,25 @@ ConvexQuery queryOf(const std::string& name)
 /// Sizes of lists and hulls, then other mixes and motions, then pairs that touch, then ways there and back.
 std::vector<Case> cases(unsigned seed)
 {
-    constexpr std::uint32_t kMillion = 1000000;
     std::vector<Case> all;
     const auto add = [&](std::uint32_t pairs, int vertices, GapShares shares, double degrees,
                          const char* query = "booleans") {
-        all.push_back({{pairs, vertices, shares, degrees, pairs > kMillion ? 4 : 8, seed}, query});
+        all.push_back({{pairs, vertices, shares, degrees, pairs > kMillionPairs ? 4 : 8, seed}, query});
     };
     add(100000, 42, kUsual, 1.0);
     for (const int vertices : {8, 20, 42, 64, 162})
-        add(kMillion, vertices, kUsual, 1.0);
-    add(kMillion, 42, kCalm, 1.0);
-    add(kMillion, 42, kApart, 1.0);
-    add(kMillion, 42, kUsual, 0.05);
-    add(kMillion, 42, kCalm, 0.05);
-    add(10 * kMillion, 42, kUsual, 1.0);
+        add(kMillionPairs, vertices, kUsual, 1.0);
+    add(kMillionPairs, 42, kCalm, 1.0);
+    add(kMillionPairs, 42, kApart, 1.0);
+    add(kMillionPairs, 42, kUsual, 0.05);
+    add(kMillionPairs, 42, kCalm, 0.05);
+    add(10 * kMillionPairs, 42, kUsual, 1.0);
     for (const char* const query : {"booleans", "depths", "contacts"})
         add(100000, 42, kTouching, 1.0, query);
-    for (const int vertices : {8, 162})
+    for (const int vertices : {8, 64, 162})
         add(100000, vertices, kTouching, 1.0, "contacts");
-    add(kMillion, 42, kUsual, 1.0, "contacts");
-    for (const std::uint32_t pairs : {1000u, 10000u, 100000u, kMillion})
+    add(kMillionPairs, 42, kUsual, 1.0, "contacts");
+    for (const std::uint32_t pairs : {1000u, 10000u, 100000u, kMillionPairs})
     {
         add(pairs, 42, kUsual, 1.0, "ids");
         all.back().motion.isFirstAtRest = true;
@@ -79,6 +79,13 @@ std::string nameOf(const GapShares& shares)
     const int overlapping = 100 - shares.separated - shares.near;
     return std::to_string(shares.separated) + "/" + std::to_string(shares.near) + "/" +
            std::to_string(overlapping);
+}
+
+std::string messageNameOf(const Case& one)
+{
+    const ConvexMotionOptions& options = one.motion;
+    return std::to_string(options.pairs) + " pairs, " + std::to_string(options.vertices) + " vertices, " +
+           nameOf(options.shares) + ", " + one.query;
 }
 
 /// @param cpuMs of one thread; 0: not measured
@@ -115,8 +122,11 @@ void add(const Case& one, const ConvexTimes& times, double cpuMs, ResultFile& fi
     file.addRow(std::move(row));
 }
 
-void measure(const Case& one, int repetitions, ResultFile& file)
+void measure(const Case& one, int mostRepetitions, ResultFile& file)
 {
+    // To copy the poses of ten million pairs takes a tenth of a second.
+    const int repetitions =
+        one.motion.pairs > kMillionPairs ? std::min(mostRepetitions, 10) : mostRepetitions;
     const ConvexMotion motion(one.motion);
     if (!isRoundTrip(one))
     {
@@ -135,11 +145,12 @@ void runDeviceNarrowBench(const DeviceNarrowOptions& options, ResultFile& file)
         throw ProgramError(kExitUnavailable, why);
     std::printf("%9s %8s %9s %7s %9s %9s %9s %9s %9s %9s\n", "pairs", "vertices", "mix", "degrees", "query",
                 "warm_ms", "p90_ms", "cold_ms", "pairs/us", "cpu_ms");
+    std::vector<BenchCase> chosen;
     for (const Case& one : cases(options.seed))
     {
-        if (one.motion.pairs > options.mostPairs || isInterrupted())
-            continue;
-        measure(one, options.repetitions, file);
+        if (one.motion.pairs <= options.mostPairs)
+            chosen.push_back({messageNameOf(one), [=, &file] { measure(one, options.repetitions, file); }});
     }
+    measureCases(chosen, file);
 }
 }  // namespace cullet

@@ -12,7 +12,7 @@ namespace cullet
 struct DeviceNarrowOptions
 {
     std::uint32_t mostPairs = 10000000;  ///< cases with more are left out
-    int repetitions = 30;                ///< frames of each case, warm and cold
+    int repetitions = 30;  ///< frames of each case, warm and cold; at most 10 of more than a million pairs
     unsigned seed = 12345;
 };
 
@@ -26,7 +26,10 @@ struct DeviceNarrowOptions
 /// doubtful and overlapping pairs, and depths that took a large polytope or all faces. Each frame finds as many
 /// overlapping pairs as were planted, all depths proved to 1e-4 of the size, and no contact empty.
 ///
-/// @throws ProgramError: kExitUnavailable without a device, or in a build without CUDA
-/// @throws std::runtime_error for a wrong answer
+/// The file is saved after each case. One that throws, for a wrong answer or a failing device, prints its message, and
+/// the others go on.
+///
+/// @throws ProgramError: kExitUnavailable without a device, or in a build without CUDA; kExitDisagreement at last, with the
+///     messages, if a case threw; kExitOutput
 void runDeviceNarrowBench(const DeviceNarrowOptions& options, ResultFile& file);
 }  // namespace cullet
