@@ -3,6 +3,7 @@
 
 // Boxes, pairs and answers of bodies on the CPU's executor, against brute force and isaGjk().
 
+#include "cullet/tests/cuda/support/contact_frames.h"
 #include "cullet/tests/cuda/support/convex_check.h"
 #include "cullet/tests/cuda/support/crowd_scene.h"
 #include "cullet/tests/cuda/support/host_contacts.h"
@@ -153,6 +154,25 @@ TEST(ContactSearchBodies, MayBeInvalidAndComeAndGo)
     EXPECT_EQ(expectPairs(), before);
     contacts.recover();
     EXPECT_EQ(expectPairs(), before);
+}
+
+TEST(ContactSearchBodies, AreAnsweredAsByNewSearchAfterFailureBeforeAnyFrame)
+{
+    CrowdScene scene(ConvexKind::Regular, 400, 72);
+    const FramesOfContacts frames(scene);
+    frames.expectVaried();
+    for (std::size_t failed = 1; failed < frames.size(); ++failed)
+    {
+        HostContacts contacts(scene.set, contactOptions(PsapExecutor::InOrder, 1));
+        for (std::size_t frame = 0; frame < frames.size(); ++frame)
+        {
+            if (frame == failed)
+                contacts.recover();
+            EXPECT_TRUE(haveSameBits(frames.answer(contacts, frame),
+                                     frames.expected(frame < failed ? 0 : failed, frame)))
+                << "frame " << frame << ", failure before " << failed;
+        }
+    }
 }
 
 TEST(ContactSearchBodies, HaveBoxesOfAnySize)

@@ -3,6 +3,7 @@
 
 // Boxes, pairs and answers on a device, in one call: the bits of the CPU's executor, in every frame.
 
+#include "cullet/tests/cuda/support/contact_frames.h"
 #include "cullet/tests/cuda/support/crowd_scene.h"
 #include "cullet/tests/cuda/support/cuda_contacts.h"
 #include "cullet/tests/cuda/support/failing_calls.h"
@@ -113,44 +114,37 @@ TEST(CudaContactBodies, MayComeAndGo)
     EXPECT_TRUE(haveSameBits(found, host.query(all, 0.0f, 1.0f)));
 }
 
-/// Each call fails once, in six frames; the same frame is then right. Returns the number of calls.
+/// Each call fails once, in eight frames; the same frame and those after it are then right. Returns the number of calls.
 std::uint64_t failEveryCallOfContacts(FaultInjection fault)
 {
     CrowdScene scene(ConvexKind::Regular, 400, 72);
-    HostContacts host(scene.set, contactOptions(PsapExecutor::InOrder, 1));
-    std::vector<std::vector<BodyPose>> frames;
-    std::vector<FoundContacts> expected;
-    for (int frame = 0; frame < 6; ++frame)
-    {
-        frames.push_back(scene.poses);
-        expected.push_back(host.query(scene.poses));
-        scene.move(frame == 3 ? 1.0 : 0.02);
-    }
+    const FramesOfContacts frames(scene);
+    frames.expectVaried();
     return failEachCall(fault,
                         [&](const FaultPlan& plan)
                         {
                             CudaContacts device(scene.set);
                             ASSERT_TRUE(device.isThere()) << device.why;
                             // Poses find their memory before calls fail.
-                            device.upload(frames[0]);
+                            device.upload(frames.poses(0));
                             plan.begin();
+                            std::size_t forgotten = 0;
                             for (std::size_t frame = 0; frame < frames.size(); ++frame)
                             {
-                                // The last frame with contacts.
-                                const ContactQuery query =
-                                    contactQuery(0.0f, -1.0f, frame + 1 < frames.size() ? -1.0f : 0.01f);
+                                const ContactQuery query = frames.query(frame);
                                 FoundContacts found;
-                                Status status = device.query(frames[frame], query, found);
+                                Status status = device.query(frames.poses(frame), query, found);
                                 if (status != Status::Ok)
                                 {
                                     EXPECT_EQ(status, statusOf(fault));
-                                    EXPECT_TRUE(found.pairs.empty());
+                                    EXPECT_TRUE(haveSameBits(found, {}));
                                     setCudaFault(FaultInjection::None, 0);
-                                    status = device.query(frames[frame], query, found);
+                                    forgotten = frame;
+                                    status = device.query(frames.poses(frame), query, found);
                                 }
                                 ASSERT_EQ(status, Status::Ok);
-                                EXPECT_TRUE(areEqual(found.pairs, expected[frame].pairs)) << frame;
-                                EXPECT_EQ(found.answers.states, expected[frame].answers.states) << frame;
+                                EXPECT_TRUE(haveSameBits(found, frames.expected(forgotten, frame)))
+                                    << "frame " << frame << ", forgotten before " << forgotten;
                             }
                         });
 }

@@ -6,11 +6,13 @@
 #include "cullet/tests/cuda/support/convex_check.h"
 #include "cullet/tests/cuda/support/convex_scene.h"
 #include "cullet/tests/cuda/support/host_pairs.h"
+#include "cullet/tests/cuda/support/pair_frames.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <random>
@@ -259,6 +261,25 @@ TEST(InvalidConvexPairs, AreReportedAndLeaveOthersAlone)
     // A pair that becomes valid is answered.
     scene.poses[1] = good;
     EXPECT_EQ(pairs.query(scene).states[1], PairState::Overlapping);
+}
+
+TEST(ForgottenConvexPairs, AreAnsweredAsNewOnesInAllLaterFrames)
+{
+    ConvexScene scene(ConvexKind::Regular, 300, 57);
+    const FramesOfPairs frames(scene);
+    frames.expectVaried();
+    for (std::size_t forgotten = 1; forgotten < frames.size(); ++forgotten)
+    {
+        HostPairs pairs(scene.set, PsapExecutor::InOrder, 1);
+        for (std::size_t frame = 0; frame < frames.size(); ++frame)
+        {
+            if (frame == forgotten)
+                pairs.forget();
+            EXPECT_TRUE(haveSameBits(frames.answer(pairs, frame),
+                                     frames.expected(frame < forgotten ? 0 : forgotten, frame)))
+                << "frame " << frame << ", forgotten before " << forgotten;
+        }
+    }
 }
 
 TEST(ConvexPairsOfAnyKind, OverlapExactlyWhereTheyTouch)

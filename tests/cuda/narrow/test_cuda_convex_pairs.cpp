@@ -8,6 +8,7 @@
 #include "cullet/tests/cuda/support/cuda_pairs.h"
 #include "cullet/tests/cuda/support/failing_calls.h"
 #include "cullet/tests/cuda/support/host_pairs.h"
+#include "cullet/tests/cuda/support/pair_frames.h"
 
 #include <gtest/gtest.h>
 
@@ -174,52 +175,51 @@ TEST(CudaInvalidPairs, AreReportedAndLeaveOthersAlone)
     EXPECT_EQ(other.counts.invalid, 5u);
 }
 
-/// Each call fails once, in five frames; the same frame is then right. Returns the number of calls.
+Status ask(CudaPairs& device, const FramesOfPairs& frames, std::size_t frame, ConvexAnswers& found)
+{
+    const ConvexBodies& bodies = frames.bodies(frame);
+    switch (frames.question(frame))
+    {
+        case PairQuestion::Booleans:
+            return device.query(bodies, found);
+        case PairQuestion::Contacts:
+            return device.contacts(bodies, frames.margin(), found);
+        case PairQuestion::Distances:
+            break;
+    }
+    return device.measure(bodies, frames.mostDistance(), found);
+}
+
+/// Each call fails once, in eight frames; the same frame and those after it are then right. Returns the number of calls.
 std::uint64_t failEveryCallOfPairs(FaultInjection fault)
 {
     ConvexScene scene(ConvexKind::Regular, 300, 57);
-    HostPairs host(scene.set, PsapExecutor::InOrder, 1);
-    std::vector<ConvexBodies> frames;
-    std::vector<ConvexAnswers> expected;
-    // Launches are recorded with the second query of a list, and launched again with the third.
-    for (const std::size_t count : {10, 300, 300, 300, 200})
-    {
-        frames.push_back(scene);
-        frames.back().pairs.resize(count);
-        expected.push_back(host.query(frames.back()));
-        scene.step();
-    }
+    const FramesOfPairs frames(scene);
+    frames.expectVaried();
     return failEachCall(fault,
                         [&](const FaultPlan& plan)
                         {
                             CudaPairs device(scene.set);
                             ASSERT_TRUE(device.isThere()) << device.why;
                             // Poses and pairs find their memory before calls fail.
-                            device.upload(frames[1]);
+                            device.upload(frames.bodies(1));
                             plan.begin();
+                            std::size_t forgotten = 0;
                             for (std::size_t frame = 0; frame < frames.size(); ++frame)
                             {
                                 ConvexAnswers found;
-                                // The last frames with contacts and with distances.
-                                const auto query = [&]
-                                {
-                                    if (frame + 2 == frames.size())
-                                        return device.contacts(frames[frame], 0.02f, found);
-                                    return frame + 1 < frames.size()
-                                               ? device.query(frames[frame], found)
-                                               : device.measure(frames[frame], 1.0f, found);
-                                };
-                                Status status = query();
+                                Status status = ask(device, frames, frame, found);
                                 if (status != Status::Ok)
                                 {
                                     EXPECT_EQ(status, statusOf(fault));
-                                    EXPECT_TRUE(found.states.empty());
+                                    EXPECT_TRUE(haveSameBits(found, {}));
                                     setCudaFault(FaultInjection::None, 0);
-                                    status = query();
+                                    forgotten = frame;
+                                    status = ask(device, frames, frame, found);
                                 }
                                 ASSERT_EQ(status, Status::Ok);
-                                EXPECT_EQ(found.states, expected[frame].states) << "frame " << frame;
-                                EXPECT_EQ(found.contacts.empty(), frame + 2 != frames.size());
+                                EXPECT_TRUE(haveSameBits(found, frames.expected(forgotten, frame)))
+                                    << "frame " << frame << ", forgotten before " << forgotten;
                             }
                         });
 }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "cullet/cuda/contacts/contact_finder.h"
+#include "cullet/tests/cuda/support/contact_query.h"
 #include "cullet/tests/cuda/support/cuda_pairs.h"
 #include "cullet/tests/cuda/support/host_contacts.h"
 
@@ -79,14 +80,4 @@ private:
     std::unique_ptr<DeviceContactFinder> m_finder;
     DeviceArray<BodyPose> m_poses;
 };
-
-inline ContactQuery contactQuery(float margin, float maxDistance, float contactMargin = -1.0f)
-{
-    ContactQuery query;
-    query.margin = margin;
-    query.pairs.maxDistance = maxDistance;
-    query.pairs.listOverlaps = true;
-    query.pairs.contactMargin = contactMargin;
-    return query;
-}
 }  // namespace cullet::test

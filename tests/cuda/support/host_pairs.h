@@ -73,6 +73,11 @@ public:
         answers.contacts.assign(m_contacts.contacts(), m_contacts.contacts() + found);
         return answers;
     }
+    void forget()
+    {
+        m_queries.forget();
+        m_contacts.forget();
+    }
     const convex::PairCounts& counts() const { return m_queries.counts(); }
     const convex::DepthCounts& depthCounts() const { return m_contacts.counts(); }
 
