@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
+#include <functional>
 #include <stdexcept>
 
 // Balls in device memory, for the programs that find their pairs there.
@@ -56,7 +57,8 @@ __global__ void __launch_bounds__(kThreads) fly(std::uint32_t count, float side,
 }
 
 /// Runs a program whose argument is the number of balls, by default 100,000.
-inline int mainWithBalls(const char* program, int argc, char** argv, void (*run)(std::uint32_t))
+inline int mainWithBalls(const char* program, int argc, char** argv,
+                         const std::function<void(std::uint32_t)>& run)
 {
     try
     {
