@@ -99,15 +99,18 @@ struct SolverWithoutState::Parts
     {
     }
 
-    SolverRefusal refusalOf(const SolverGroup& group, const btContactSolverInfo& info);
     SolverRefusal refusalOfStep(const btContactSolverInfo& info);
     void warnOfSettings(const btContactSolverInfo& info);
     void solve(const SolverGroup& group, const btContactSolverInfo& info, btIDebugDraw* debugDrawer,
                btDispatcher* dispatcher);
+    void solveOwn(const SolverGroup& group, const btContactSolverInfo& info, btIDebugDraw* debugDrawer,
+                  btDispatcher* dispatcher);
+    void finish(const GroupReport& report, const SolverGroup& group, const btContactSolverInfo& info,
+                btIDebugDraw* debugDrawer, btDispatcher* dispatcher);
     void solveByBullet(SolverRefusal refusal, const SolverGroup& group, const btContactSolverInfo& info,
                        btIDebugDraw* debugDrawer, btDispatcher* dispatcher);
-    GroupReport tryToSolve(GroupSolver& solver, const SolverGroup& group, const btContactSolverInfo& info,
-                           ParallelLoops& with);
+    GroupReport solveWith(GroupSolver& solver, const SolverGroup& group, const btContactSolverInfo& info,
+                          ParallelLoops& with);
     bool haveSolvers(std::size_t count);
     bool reserveShared(const SolverTasks& what);
     void note(const GroupReport& report, const SolverGroup& group);
@@ -179,18 +182,39 @@ btScalar SolverWithoutState::solveGroup(btCollisionObject** bodies, int bodyCoun
 void SolverWithoutState::Parts::solve(const SolverGroup& group, const btContactSolverInfo& info,
                                       btIDebugDraw* debugDrawer, btDispatcher* dispatcher)
 {
-    SolverRefusal refusal = refusalOf(group, info);
-    if (refusal == SolverRefusal::No && !haveSolvers(1))
-        refusal = SolverRefusal::NoMemory;
-    GroupReport report;
-    if (refusal == SolverRefusal::No)
-        report = tryToSolve(*solvers[0], group, info, loops);
-    if (report.outcome == GroupReport::Outcome::NoMemory)
-        refusal = SolverRefusal::NoMemory;
-    if (refusal != SolverRefusal::No)
-        solveByBullet(refusal, group, info, debugDrawer, dispatcher);
-    else
+    const SolverRefusal ofStep = refusalOfStep(info);
+    if (ofStep != SolverRefusal::No)
+        return solveByBullet(ofStep, group, info, debugDrawer, dispatcher);
+    if (!hasForeignJoint(group))
+        return solveOwn(group, info, debugDrawer, dispatcher);
+    GroupIslands islands(group);
+    for (SolverGroup island; islands.next(island);)
+    {
+        if (hasForeignJoint(island))
+            solveByBullet(SolverRefusal::ForeignJoint, island, info, debugDrawer, dispatcher);
+        else
+            solveOwn(island, info, debugDrawer, dispatcher);
+    }
+}
+
+/// Solves a group without foreign joints.
+void SolverWithoutState::Parts::solveOwn(const SolverGroup& group, const btContactSolverInfo& info,
+                                         btIDebugDraw* debugDrawer, btDispatcher* dispatcher)
+{
+    if (!haveSolvers(1))
+        return solveByBullet(SolverRefusal::NoMemory, group, info, debugDrawer, dispatcher);
+    finish(solveWith(*solvers[0], group, info, loops), group, info, debugDrawer, dispatcher);
+}
+
+/// Counts a group, or lets Bullet's solver solve what is left of it.
+void SolverWithoutState::Parts::finish(const GroupReport& report, const SolverGroup& group,
+                                       const btContactSolverInfo& info, btIDebugDraw* debugDrawer,
+                                       btDispatcher* dispatcher)
+{
+    if (report.outcome == GroupReport::Outcome::Solved)
         note(report, group);
+    else if (report.outcome == GroupReport::Outcome::NoMemory)
+        solveByBullet(SolverRefusal::NoMemory, report.left, info, debugDrawer, dispatcher);
 }
 
 /// Makes the solvers, and registers with the threads: nothing of that may fail when a group is half solved.
@@ -230,14 +254,6 @@ bool SolverWithoutState::Parts::reserveShared(const SolverTasks& what)
     return haveSolvers(loops.threads());
 }
 
-SolverRefusal SolverWithoutState::Parts::refusalOf(const SolverGroup& group, const btContactSolverInfo& info)
-{
-    const SolverRefusal ofStep = refusalOfStep(info);
-    if (ofStep != SolverRefusal::No)
-        return ofStep;
-    return hasForeignJoint(group) ? SolverRefusal::ForeignJoint : SolverRefusal::No;
-}
-
 SolverRefusal SolverWithoutState::Parts::refusalOfStep(const btContactSolverInfo& info)
 {
     if ((info.m_solverMode & SOLVER_RANDMIZE_ORDER) != 0)
@@ -274,26 +290,11 @@ void SolverWithoutState::Parts::solveByBullet(SolverRefusal refusal, const Solve
                                                           info, debugDrawer, dispatcher);
 }
 
-GroupReport SolverWithoutState::Parts::tryToSolve(GroupSolver& solver, const SolverGroup& group,
-                                                  const btContactSolverInfo& info, ParallelLoops& with)
+GroupReport SolverWithoutState::Parts::solveWith(GroupSolver& solver, const SolverGroup& group,
+                                                 const btContactSolverInfo& info, ParallelLoops& with)
 {
     GroupReport report;
-    const auto solve = [&]
-    {
-        try
-        {
-            solver.setUp(group, info, options, with);
-            solver.solve(info, options, with);
-        }
-        catch (const std::bad_alloc&)
-        {
-            report.outcome = GroupReport::Outcome::NoMemory;
-            return;
-        }
-        solver.writeBack(info, with);
-        report = solver.report();
-    };
-    with.runRegion(workOf(group, info), solve);
+    with.runRegion(workOf(group, info), [&] { report = solver.solve(group, info, options, with); });
     return report;
 }
 
@@ -355,13 +356,7 @@ void SolverWithoutState::Parts::solveShared(const SolverTasks& what)
 {
     runShared(what);
     for (std::uint32_t number = 0; number < reports.size(); ++number)
-    {
-        const SolverGroup group = groupOf(what, number);
-        if (reports[number].outcome == GroupReport::Outcome::Solved)
-            note(reports[number], group);
-        else if (reports[number].outcome == GroupReport::Outcome::NoMemory)
-            solveByBullet(SolverRefusal::NoMemory, group, what.info, what.debugDrawer, what.dispatcher);
-    }
+        finish(reports[number], groupOf(what, number), what.info, what.debugDrawer, what.dispatcher);
 }
 
 void SolverWithoutState::Parts::runShared(const SolverTasks& what)
@@ -373,7 +368,7 @@ void SolverWithoutState::Parts::runShared(const SolverTasks& what)
     {
         ParallelLoops onOneThread(1);
         const auto solveOne = [&](std::uint32_t group)
-        { reports[group] = tryToSolve(*solvers[thread], groupOf(what, group), what.info, onOneThread); };
+        { reports[group] = solveWith(*solvers[thread], groupOf(what, group), what.info, onOneThread); };
         what.tasks.forEachGroup(sharedTasks[index], solveOne);
     };
     loops.runRegion(work, [&] { loops.run(static_cast<unsigned>(sharedTasks.size()), solveTask); });

@@ -17,7 +17,7 @@ inline namespace CULLET_PRECISION
 {
 struct SolverTasks;
 
-/// Why Bullet's solver solved a group.
+/// Why Bullet's solver solved a group, or an island of it.
 enum class SolverRefusal : std::uint8_t
 {
     No,           ///< it did not
@@ -31,6 +31,7 @@ enum class SolverRefusal : std::uint8_t
 struct SolverStats
 {
     SolverRefusal refusal = SolverRefusal::No;  ///< of the last group that was refused
+    /// Islands, or several small ones together; of a group that had to be divided for Bullet's solver, each island.
     std::uint32_t groups = 0;
     std::uint32_t refusedGroups = 0;  ///< those that Bullet's solver solved
     std::uint32_t contacts = 0;       ///< manifolds with points, of the groups that were not refused
@@ -80,16 +81,17 @@ protected:
 /// Rows are those of btSequentialImpulseConstraintSolver 3.24, and so are their parameters in btContactSolverInfo, flags of
 /// points and bodies, feedback and breaking of joints, and impulses of points. What differs: the order of the rows, that an
 /// iteration goes over the points of a manifold twice, and that SOLVER_INTERLEAVE_CONTACT_AND_FRICTION_CONSTRAINTS puts
-/// friction after the normals of a manifold, not of a point. Groups that SolverRefusal names are left to Bullet's solver.
+/// friction after the normals of a manifold, not of a point. What SolverRefusal names is left to Bullet's solver, whose results
+/// depend on the order of manifolds.
 ///
 /// SolverModel::Soft solves contacts as springs in substeps, with two directions of friction, and then takes the velocity
 /// away that overlap caused (Catto, "Solver2D", 2024). m_erp2, m_globalCfm of contacts, m_sor, split impulse, the
 /// warm-starting factor and the threshold of the residual do not concern it: one warning names what a world sets of
 /// them. Contacts with a stiffness, damping, softness or anchor of their own are solved as with SolverModel::Bullet,
-/// together with the rest of their group.
+/// together with the rest of their island.
 ///
 /// Threads: one step of one world at a time, as with Bullet's solver. Joints of Bullet's classes may be called on any thread.
-/// Errors: none of its own; without memory for its rows, Bullet's solver solves the group.
+/// Errors: none of its own; without memory for its rows, Bullet's solver solves what is left of the group.
 class CULLET_API Solver : public SolverWithoutState
 {
 public:

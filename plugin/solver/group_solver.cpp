@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <new>
 
 namespace cullet
 {
@@ -66,12 +67,78 @@ SoftContact softContact(btScalar frequency, btScalar damping, btScalar time)
 }
 }  // namespace
 
+GroupReport GroupSolver::solve(const SolverGroup& group, const btContactSolverInfo& info,
+                               const SolverOptions& options, ParallelLoops& loops)
+{
+    m_report = {};
+    m_report.outcome = GroupReport::Outcome::Solved;
+    const bool mayEndEarly = options.model == SolverModel::Bullet && info.m_leastSquaresResidualThreshold > 0;
+    SolverGroup left = group;
+    try
+    {
+        if (mayEndEarly || !solveTogether(group, info, options, loops))
+            solveIslands(left, info, options, loops);
+    }
+    catch (const std::bad_alloc&)
+    {
+        m_report.outcome = GroupReport::Outcome::NoMemory;
+        m_report.left = left;
+    }
+    return m_report;
+}
+
+/// @return false, and nothing has changed, if the group must be divided
+bool GroupSolver::solveTogether(const SolverGroup& group, const btContactSolverInfo& info,
+                                const SolverOptions& options, ParallelLoops& loops)
+{
+    collect(group, info, loops);
+    if (options.model == SolverModel::Soft && m_contacts.hasOwnSoftness() && GroupIslands::areMany(group))
+        return false;
+    solveCollected(group, info, options, loops);
+    return true;
+}
+
+/// Solves islands one after the other, and takes those that are solved out of the group.
+void GroupSolver::solveIslands(SolverGroup& left, const btContactSolverInfo& info,
+                               const SolverOptions& options, ParallelLoops& loops)
+{
+    GroupIslands islands(left);
+    for (SolverGroup island; islands.next(island); left = islands.rest())
+    {
+        collect(island, info, loops);
+        solveCollected(island, info, options, loops);
+    }
+}
+
+/// Finds the bodies and contacts.
+void GroupSolver::collect(const SolverGroup& group, const btContactSolverInfo& info, ParallelLoops& loops)
+{
+    m_bodies.number(group.bodies, group.bodyCount, loops);
+    m_contacts.collect(info, group.manifolds, group.manifoldCount, m_bodies, loops);
+}
+
+void GroupSolver::solveCollected(const SolverGroup& group, const btContactSolverInfo& info,
+                                 const SolverOptions& options, ParallelLoops& loops)
+{
+    setUp(group, info, options, loops);
+    if (m_step.isSoft)
+    {
+        takeSubsteps(info, options, loops);
+    }
+    else
+    {
+        pushApart(info);
+        iterate(info, loops);
+    }
+    // Allocates nothing from here on.
+    writeBack(info, loops);
+    addToReport();
+}
+
 void GroupSolver::setUp(const SolverGroup& group, const btContactSolverInfo& info,
                         const SolverOptions& options, ParallelLoops& loops)
 {
-    m_bodies.number(group.bodies, group.bodyCount, loops);
     m_joints.collect(info, group.joints, group.jointCount, m_bodies, loops);
-    m_contacts.collect(info, group.manifolds, group.manifoldCount, m_bodies, loops);
     m_step = options.model == SolverModel::Soft && !m_contacts.hasOwnSoftness()
                  ? softStepOf(info, options.substeps)
                  : stepOf(info);
@@ -81,14 +148,6 @@ void GroupSolver::setUp(const SolverGroup& group, const btContactSolverInfo& inf
     m_joints.setUp(m_step, info, m_bodies, loops);
     m_contacts.setUp(m_step, info, m_bodies, m_colours, loops);
     m_residuals.resize(loops.threads());
-}
-
-void GroupSolver::solve(const btContactSolverInfo& info, const SolverOptions& options, ParallelLoops& loops)
-{
-    if (m_step.isSoft)
-        return takeSubsteps(info, options, loops);
-    pushApart(info);
-    iterate(info, loops);
 }
 
 void GroupSolver::writeBack(const btContactSolverInfo& info, ParallelLoops& loops)
@@ -102,24 +161,22 @@ void GroupSolver::writeBack(const btContactSolverInfo& info, ParallelLoops& loop
     m_joints.writeBack(m_step, info);
 }
 
+void GroupSolver::addToReport()
+{
+    m_report.iterations = std::max(m_report.iterations, m_iterations);
+    if (m_step.notesResidual)
+        m_report.residual = std::max(m_report.residual, m_residual);
+    m_report.contacts += m_contacts.size();
+    m_report.joints += m_joints.size();
+    m_report.serialConstraints += m_contacts.plan().serialConstraints() + m_joints.plan().serialConstraints();
+}
+
 /// The iterations that joints take part in, divided among the passes of a step.
 void GroupSolver::iterateJoints(int iterations, bool relaxes, ParallelLoops& loops)
 {
     const int stride = m_step.jointPasses;
     m_colours.run({m_joints.solve(m_step, stride, relaxes, m_bodies, m_residuals.data())}, 0,
                   (iterations + stride - 1) / stride, loops);
-}
-
-GroupReport GroupSolver::report() const
-{
-    GroupReport report;
-    report.outcome = GroupReport::Outcome::Solved;
-    report.iterations = m_iterations;
-    report.residual = m_step.notesResidual ? m_residual : btScalar(-1);
-    report.contacts = m_contacts.size();
-    report.joints = m_joints.size();
-    report.serialConstraints = m_contacts.plan().serialConstraints() + m_joints.plan().serialConstraints();
-    return report;
 }
 
 void GroupSolver::takeSubsteps(const btContactSolverInfo& info, const SolverOptions& options,

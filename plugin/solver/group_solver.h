@@ -6,14 +6,12 @@
 #include "cullet/plugin/solver/contact_set.h"
 #include "cullet/plugin/solver/joint_set.h"
 #include "cullet/plugin/solver/solver_bodies.h"
+#include "cullet/plugin/solver/solver_group.h"
 #include "cullet/plugin/solver/solver_options.h"
 
 #include <cstdint>
 #include <vector>
 
-class btCollisionObject;
-class btPersistentManifold;
-class btTypedConstraint;
 struct btContactSolverInfo;
 
 namespace cullet
@@ -22,17 +20,6 @@ class ParallelLoops;
 
 inline namespace CULLET_PRECISION
 {
-/// Bodies, contacts and joints that one call of btConstraintSolver::solveGroup() gets.
-struct SolverGroup
-{
-    btCollisionObject** bodies;
-    int bodyCount;
-    btPersistentManifold** manifolds;
-    int manifoldCount;
-    btTypedConstraint** joints;
-    int jointCount;
-};
-
 /// What became of a group.
 struct GroupReport
 {
@@ -40,10 +27,12 @@ struct GroupReport
     {
         None,  ///< not tried
         Solved,
-        NoMemory  ///< and nothing has changed
+        NoMemory  ///< and nothing of `left` has changed
     };
     Outcome outcome = Outcome::None;
-    int iterations = 0;  ///< with substeps: their number
+    SolverGroup
+        left{};  ///< the islands that there was no memory for: all of a group, unless it had to be divided
+    int iterations = 0;  ///< of the island that took most; with substeps: their number
     btScalar residual =
         -1;  ///< the largest change of a velocity in the last iteration, squared; -1: not asked for
     std::uint32_t contacts = 0, joints = 0;
@@ -55,27 +44,33 @@ struct GroupReport
 class GroupSolver
 {
 public:
-    /// Reads a group and computes its rows. Throws std::bad_alloc.
+    /// Solves a group, and gives bodies, points and joints what it found.
     ///
-    /// @param loops whose threads share the group's blocks, here and in the next two
-    void setUp(const SolverGroup& group, const btContactSolverInfo& info, const SolverOptions& options,
-               ParallelLoops& loops);
-
-    /// Solves what setUp() read, and changes neither bodies nor points nor joints. Throws std::bad_alloc.
-    void solve(const btContactSolverInfo& info, const SolverOptions& options, ParallelLoops& loops);
-
-    /// Gives bodies, points and joints what solve() found. Allocates nothing.
-    void writeBack(const btContactSolverInfo& info, ParallelLoops& loops);
-
-    /// Of the last group.
-    GroupReport report() const;
+    /// Its islands are solved together, unless one would change what another one gets: with SolverModel::Soft if contacts of
+    /// some have a softness of their own, with SolverModel::Bullet if a threshold of the residual may end the iterations.
+    ///
+    /// @param loops whose threads share the group's blocks
+    GroupReport solve(const SolverGroup& group, const btContactSolverInfo& info, const SolverOptions& options,
+                      ParallelLoops& loops);
 
 private:
+    bool solveTogether(const SolverGroup& group, const btContactSolverInfo& info,
+                       const SolverOptions& options, ParallelLoops& loops);
+    void solveIslands(SolverGroup& left, const btContactSolverInfo& info, const SolverOptions& options,
+                      ParallelLoops& loops);
+    void collect(const SolverGroup& group, const btContactSolverInfo& info, ParallelLoops& loops);
+    void solveCollected(const SolverGroup& group, const btContactSolverInfo& info,
+                        const SolverOptions& options, ParallelLoops& loops);
+    void setUp(const SolverGroup& group, const btContactSolverInfo& info, const SolverOptions& options,
+               ParallelLoops& loops);
+    void writeBack(const btContactSolverInfo& info, ParallelLoops& loops);
+    void addToReport();
     void pushApart(const btContactSolverInfo& info);
     void iterate(const btContactSolverInfo& info, ParallelLoops& loops);
     void iterateJoints(int iterations, bool relaxes, ParallelLoops& loops);
     void takeSubsteps(const btContactSolverInfo& info, const SolverOptions& options, ParallelLoops& loops);
 
+    GroupReport m_report;
     SolverStep m_step;
     int m_iterations = 0;
     btScalar m_residual = 0;

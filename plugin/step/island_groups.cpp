@@ -17,12 +17,6 @@ inline namespace CULLET_PRECISION
 {
 namespace
 {
-/// The island of a manifold or a joint.
-int islandOf(const btCollisionObject& a, const btCollisionObject& b)
-{
-    return a.getIslandTag() >= 0 ? a.getIslandTag() : b.getIslandTag();
-}
-
 bool isAwake(const btCollisionObject& object)
 {
     return object.getActivationState() != ISLAND_SLEEPING;

@@ -21,6 +21,12 @@ namespace cullet
 {
 inline namespace CULLET_PRECISION
 {
+/// The island of a contact or joint of two objects.
+inline int islandOf(const btCollisionObject& a, const btCollisionObject& b)
+{
+    return a.getIslandTag() >= 0 ? a.getIslandTag() : b.getIslandTag();
+}
+
 /// What one call of solveGroup() gets: one island, or several small ones.
 struct IslandGroup
 {

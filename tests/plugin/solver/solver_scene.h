@@ -53,6 +53,14 @@ inline constexpr JointKind kJointKinds[] = {JointKind::Ball,    JointKind::Hinge
                                             JointKind::Spring};
 const char* nameOf(JointKind kind);
 
+/// As btPoint2PointConstraint, but of the application.
+class OwnJoint : public btPoint2PointConstraint
+{
+public:
+    using btPoint2PointConstraint::btPoint2PointConstraint;
+    void getInfo1(btConstraintInfo1* info) override { btPoint2PointConstraint::getInfo1(info); }
+};
+
 /// Bullet's discrete world with its own collision detection and one of the solvers. Bodies and joints enter the world at the
 /// first step, in an order that a number names.
 class SolverScene

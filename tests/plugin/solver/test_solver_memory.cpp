@@ -50,15 +50,21 @@ private:
 };
 
 /// Boxes on each other, joined in pairs, in one island.
+void addStack(SolverScene& scene, double x)
+{
+    btBoxShape& cube = scene.box(0.5, 0.5, 0.5);
+    const std::size_t first = scene.bodies().size();
+    for (int i = 0; i < 8; ++i)
+        scene.add(cube, 1, vec(x + 0.1 * (i % 2), 0.49 + 0.98 * i, 0));
+    for (std::size_t i = first; i + 1 < first + 8; i += 2)
+        scene.join<btPoint2PointConstraint>(*scene.bodies()[i], *scene.bodies()[i + 1], vec(0, 0.5, 0),
+                                            vec(0, -0.5, 0));
+}
+
 void buildStack(SolverScene& scene)
 {
     scene.addFloor();
-    btBoxShape& cube = scene.box(0.5, 0.5, 0.5);
-    for (int i = 0; i < 8; ++i)
-        scene.add(cube, 1, vec(0.1 * (i % 2), 0.49 + 0.98 * i, 0));
-    for (std::size_t i = 1; i + 1 < 8; i += 2)
-        scene.join<btPoint2PointConstraint>(*scene.bodies()[i], *scene.bodies()[i + 1], vec(0, 0.5, 0),
-                                            vec(0, -0.5, 0));
+    addStack(scene, 0);
 }
 
 /// Hashes of a world whose first step Bullet's solver solves, and Solver the others.
@@ -103,6 +109,46 @@ TEST(SolverMemory, LeavesGroupToBulletWhenAnyAllocationFails)
         }
         EXPECT_GT(after, 15u);
     }
+}
+
+/// Hashes of two stacks after a step, of which the second one has contacts with a softness of their own.
+struct TwoHashes
+{
+    explicit TwoHashes(std::unique_ptr<btSequentialImpulseConstraintSolver> solver)
+        : scene(std::move(solver), 0, makeDiscreteWorld)
+    {
+        buildStack(scene);
+        addStack(scene, 5);
+        scene.bodies()[9]->setContactStiffnessAndDamping(2000, 100);
+        scene.step();
+        for (std::size_t i = 0; i < 16; ++i)
+            ofStack[i / 8] = ofStack[i / 8] * 1099511628211ull + hashOf(*scene.bodies()[i + 1]);
+    }
+
+    SolverScene scene;
+    std::uint64_t ofStack[2] = {};
+};
+
+TEST(SolverMemory, LeavesOnlyIslandsToBulletThatAreNotSolvedYet)
+{
+    const TwoHashes bullets(makeSolver(Contender::Stock)), own(makeSolver(Contender::Soft, 1));
+    for (int i = 0; i < 2; ++i)
+        ASSERT_NE(bullets.ofStack[i], own.ofStack[i]);
+    int none = 0, second = 0;
+    for (std::uint64_t after = 0;; ++after)
+    {
+        auto made = std::make_unique<FaultySolver>(SolverModel::Soft, after);
+        const FaultySolver& solver = *made;
+        const TwoHashes now(std::move(made));
+        if (!solver.hasFailed)
+            break;
+        EXPECT_EQ(now.ofStack[1], bullets.ofStack[1]) << after;
+        const bool isFirstSolved = now.ofStack[0] == own.ofStack[0];
+        EXPECT_TRUE(isFirstSolved || now.ofStack[0] == bullets.ofStack[0]) << after;
+        ++(isFirstSolved ? second : none);
+    }
+    EXPECT_GT(none, 10);
+    EXPECT_GT(second, 0);
 }
 
 /// One call of operator new fails while the groups of a world are solved.

@@ -413,14 +413,6 @@ TEST(SolverSettings, WarnOnceOfThoseWithoutEffectOnModelSoft)
         warningsOf(Contender::Soft, [](btContactSolverInfo& info) { info.m_numIterations = 20; }).empty());
 }
 
-/// As btPoint2PointConstraint, but of the application.
-class OwnJoint : public btPoint2PointConstraint
-{
-public:
-    using btPoint2PointConstraint::btPoint2PointConstraint;
-    void getInfo1(btConstraintInfo1* info) override { btPoint2PointConstraint::getInfo1(info); }
-};
-
 /// A chain that lies on a heap.
 void buildMixed(SolverScene& scene, bool hasOwnJoint)
 {
@@ -477,6 +469,33 @@ TEST(SolverSettings, LeaveRandomOrderToBullet)
 TEST(SolverSettings, LeaveJointsOfApplicationToBullet)
 {
     expectBulletsBits(SolverRefusal::ForeignJoint, true, [](SolverScene&) {});
+}
+
+TEST(SolverSettings, LeaveOnlyIslandsWithJointsOfApplicationToBullet)
+{
+    for (const Contender contender : kBoth)
+    {
+        SolverScene scene(contender);
+        scene.addFloor();
+        btBoxShape& cube = scene.box(0.5, 0.5, 0.5);
+        for (int i = 0; i < 6; ++i)
+            scene.add(cube, 1, vec(3 * (i / 2), 0.5 + i % 2, 0));
+        for (const std::size_t lower : {1, 3, 5})
+        {
+            btRigidBody &a = *scene.bodies()[lower], &b = *scene.bodies()[lower + 1];
+            if (lower == 3)
+                scene.join<OwnJoint>(a, b, vec(0, 0.5, 0), vec(0, -0.5, 0));
+            else
+                scene.join<btPoint2PointConstraint>(a, b, vec(0, 0.5, 0), vec(0, -0.5, 0));
+        }
+        scene.step(10);
+        const SolverStats& stats = static_cast<Solver&>(scene.solver()).stats();
+        EXPECT_EQ(stats.refusal, SolverRefusal::ForeignJoint);
+        EXPECT_EQ(stats.groups, 3u);
+        EXPECT_EQ(stats.refusedGroups, 1u);
+        EXPECT_EQ(stats.joints, 2u);
+        EXPECT_EQ(stats.contacts, 2u);
+    }
 }
 
 /// Calls of a row function that an application sets after the first step.
