@@ -33,7 +33,8 @@ constexpr const char* kUsage =
     "  --solver bullet|soft              one world of 200 bodies with this model of cullet::Solver, for all "
     "the time,\n"
     "                                    in each thread\n"
-    "  --mistake leak|lost-pair|creep    makes this mistake on purpose: the soak must fail\n";
+    "  --mistake leak|lost-pair|creep|drift\n"
+    "                                    makes this mistake on purpose: the soak must fail\n";
 
 struct Options
 {
@@ -59,6 +60,8 @@ SoakMistake mistakeOf(const std::string& name)
         return SoakMistake::LostPair;
     if (name == "creep")
         return SoakMistake::Creep;
+    if (name == "drift")
+        return SoakMistake::Drift;
     refuse();
 }
 
@@ -217,6 +220,11 @@ private:
         counts = {};
         if (!fault.empty() && m_fault.empty())
             m_fault = fault;
+        for (const SolverModel model : {SolverModel::Bullet, SolverModel::Soft})
+        {
+            if (m_fault.empty())
+                m_fault = faultOfRests(model, m_counts.rests[int(model)]);
+        }
         m_isOver = m_isOver || !m_fault.empty();
         --m_running;
         m_changed.notify_all();
@@ -304,6 +312,19 @@ private:
         std::fflush(stdout);
     }
 
+    static void printRests(const char* model, const SoakRests& rests)
+    {
+        std::printf("%-24s %llu rests\n", model, static_cast<unsigned long long>(rests.count));
+        const auto line = [](const char* name, const RestErrors& errors)
+        {
+            std::printf("%-24s way %.5f m, energy %.5f J, overlap %.5f m, joints %.5f m\n", name,
+                        errors[Creep], errors[Energy], errors[Depth], errors[Pivot]);
+        };
+        line("... in the mean",
+             {rests.mean(Creep), rests.mean(Energy), rests.mean(Depth), rests.mean(Pivot)});
+        line("... the worst", rests.most);
+    }
+
     void summarise()
     {
         const auto line = [](const char* name, std::uint64_t count)
@@ -326,9 +347,9 @@ private:
         line("steps with Solver", m_counts.solverSteps);
         line("joints made", m_counts.joints);
         line("joints broken", m_counts.brokenJoints);
-        line("rests examined", m_counts.rests);
-        std::printf("%-24s way %.4f m, energy %.4f J, overlap %.4f m, joints %.4f m\n", "worst means at rest",
-                    m_counts.mostCreep, m_counts.mostEnergy, m_counts.mostDepth, m_counts.mostPivotError);
+        line("longest life, steps", m_counts.longestLife);
+        printRests("SolverModel::Bullet", m_counts.rests[int(SolverModel::Bullet)]);
+        printRests("SolverModel::Soft", m_counts.rests[int(SolverModel::Soft)]);
         line("memory samples", m_live.count());
         std::printf("%-24s %.1f MB\n", "most resident", residence().most / 1e6);
         std::printf("%-24s %.0f bytes after warm-up, %.0f a minute\n", "resident growth",
