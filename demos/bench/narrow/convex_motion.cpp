@@ -58,6 +58,11 @@ struct Spin
     double angle;
 };
 
+Eigen::Vector3d roundedToFloat(const Eigen::Vector3d& v)
+{
+    return v.cast<float>().cast<double>();
+}
+
 BodyPose poseOf(std::uint32_t hull, const Eigen::Quaternionf& turn, const Eigen::Vector3d& place)
 {
     const Eigen::Vector3f p = place.cast<float>();
@@ -152,15 +157,16 @@ void ConvexMotion::plant(std::uint32_t pair, const ConvexMotionOptions& options)
         };
         const GjkResult<double> far = search(away);
         Eigen::Vector3d place = away + far.axis * (far.distance - gap);
-        // Two slanted corners can pass each other; where the centres meet, the hulls overlap.
+        // Two slanted corners can pass each other; where the centres meet, the hulls overlap. A bit farther from there
+        // they must, too, so that rounding does not decide.
         const Eigen::Vector3d inside = basisA * m_centres[hullA] - basisB * m_centres[hullB];
-        if (gap < 0 && search(place).distance > 0)
+        const auto overlapsSurely = [&](const Eigen::Vector3d& offset)
         {
-            while (search(place).distance > 0)
-                place += 0.25 * (inside - place);
-            // Rounding to float must not part them again.
+            const Eigen::Vector3d rounded = roundedToFloat(home + offset) - roundedToFloat(home);
+            return search(rounded + 1e-4 * (rounded - inside)).distance <= 0;
+        };
+        while (gap < 0 && !overlapsSurely(place))
             place += 0.25 * (inside - place);
-        }
         std::vector<BodyPose>& poses = m_frames[static_cast<std::size_t>(frame)];
         poses[m_pairs[pair].a] = poseOf(hullA, turnA, home);
         poses[m_pairs[pair].b] = poseOf(hullB, turnB, home + place);
