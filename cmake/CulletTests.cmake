@@ -162,8 +162,7 @@ function(cullet_add_plugin_test name)
 endfunction()
 
 # Every test program but slow ones, those of them that are not for double precision, and those with tests labelled threads:
-# what a sanitizer build needs, without the demos. And the programs, tests or not, that need CUDA.
+# what a sanitizer build needs, without the demos.
 add_custom_target(cullet_tests)
 add_custom_target(cullet_single_tests)
 add_custom_target(cullet_thread_tests)
-add_custom_target(cullet_gpu_programs)
