@@ -54,7 +54,7 @@ void ColourLoops::plan(const std::vector<ColourLoop>& what)
     m_mostBlocks = 0;
     for (std::uint32_t loop = 0; loop < what.size(); ++loop)
     {
-        for (const BlockPlan::Colour& colour : what[loop].plan->colours())
+        for (const BlockPlan::Colour& colour : *what[loop].colours)
         {
             const std::uint32_t blocks = colour.end - colour.begin;
             const bool isAlone = colour.isSerial || blocks <= kFewBlocks;

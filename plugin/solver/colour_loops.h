@@ -22,14 +22,14 @@ struct BlockRange
     int round;
 };
 
-/// A loop over the blocks of a plan, colour by colour.
+/// A loop over blocks, colour by colour.
 struct ColourLoop
 {
-    const BlockPlan* plan;
+    const std::vector<BlockPlan::Colour>* colours;
     std::function<void(const BlockRange& range)> body;
 };
 
-/// Runs loops over blocks on several threads. A thread gets the same part of a colour in all loops over a plan.
+/// Runs loops over blocks on several threads. A thread gets the same part of a colour in all loops over the same blocks.
 class ColourLoops
 {
 public:

@@ -61,20 +61,40 @@ void ContactSet::layOut(const SolverStep& step, const SolverBodies& bodies, Para
     m_blocks.resize(m_plan.blocks().size());
     parallelForEach(loops, m_blocks.size(), kContactBlockGrain,
                     [&](std::uint32_t i) { fillBlock(bodies, i, m_blocks[i]); });
-    std::uint32_t rows = 0;
-    m_pushCount = 0;
+    std::uint32_t rows = 0, pushes = 0;
     for (ContactBlock& block : m_blocks)
     {
         for (int k = 0; k < block.points; ++k)
         {
             PointRows& point = block.rows[k];
             point.first = rows;
-            point.push = step.isSoft || point.isDeep ? m_pushCount++ : PointRows::kNoPush;
+            point.push = step.isSoft || point.isDeep ? pushes++ : PointRows::kNoPush;
             rows += 1 + static_cast<unsigned>(step.slidingRows) + (point.turns ? 3 : 0);
         }
     }
     m_rows.allocate(rows);
-    m_pushes.allocate(m_pushCount);
+    m_pushes.allocate(pushes);
+    findDeepBlocks();
+}
+
+/// Few points are deep, so that the split impulse has blocks and colours of its own.
+void ContactSet::findDeepBlocks()
+{
+    m_deepBlocks.clear();
+    m_deepColours.clear();
+    const auto isDeep = [](const PointRows& point) { return point.isDeep; };
+    for (const BlockPlan::Colour& colour : m_plan.colours())
+    {
+        const auto begin = static_cast<std::uint32_t>(m_deepBlocks.size());
+        for (std::uint32_t i = colour.begin; i < colour.end; ++i)
+        {
+            if (std::any_of(m_blocks[i].rows, m_blocks[i].rows + m_blocks[i].points, isDeep))
+                m_deepBlocks.push_back(i);
+        }
+        const auto end = static_cast<std::uint32_t>(m_deepBlocks.size());
+        if (begin != end)
+            m_deepColours.push_back({begin, end, colour.isSerial});
+    }
 }
 
 /// Divides the bodies that lanes share.
@@ -164,7 +184,7 @@ void ContactSet::setUp(const SolverStep& step, const btContactSolverInfo& info, 
 {
     const auto setUpBlocks = [&](const BlockRange& range)
     { forEachBlock(range, bodies.motions(), [&](std::uint32_t i) { setUpBlock(step, info, bodies, i); }); };
-    colours.run({&m_plan, setUpBlocks}, loops);
+    colours.run({&m_plan.colours(), setUpBlocks}, loops);
 }
 
 void ContactSet::setUpBlock(const SolverStep& step, const btContactSolverInfo& info, SolverBodies& bodies,
@@ -223,7 +243,7 @@ void ContactSet::addLoops(const SolverStep& step, int iterations, SolverBodies& 
             };
             forBlocks(range, bodies.motions(), solve);
         };
-        to.push_back({&m_plan, solveBlocks});
+        to.push_back({&m_plan.colours(), solveBlocks});
     };
     if (step.interleaves)
         return add(true, true);
@@ -234,7 +254,7 @@ void ContactSet::addLoops(const SolverStep& step, int iterations, SolverBodies& 
 
 ColourLoop ContactSet::applyImpulses(const SolverStep& step, SolverBodies& bodies) const
 {
-    return {&m_plan, [this, &step, &bodies](const BlockRange& range)
+    return {&m_plan.colours(), [this, &step, &bodies](const BlockRange& range)
             {
                 forEachBlock(
                     range, bodies.motions(),
@@ -245,7 +265,7 @@ ColourLoop ContactSet::applyImpulses(const SolverStep& step, SolverBodies& bodie
 
 ColourLoop ContactSet::solveSoft(const SolverStep& step, const SoftStep& substep, SolverBodies& bodies)
 {
-    return {&m_plan, [this, &step, &substep, &bodies](const BlockRange& range)
+    return {&m_plan.colours(), [this, &step, &substep, &bodies](const BlockRange& range)
             {
                 for (std::uint32_t i = std::max(range.begin, m_firstShared); i < range.end; ++i)
                     spreadShared(i, bodies.pushes());
@@ -269,29 +289,23 @@ void ContactSet::bounce(SolverBodies& bodies, ColourLoops& colours, ParallelLoop
                      [&](std::uint32_t i)
                      { rowKernels().bounce(m_blocks[i], m_rows.data(), m_pushes.data(), bodies.motions()); });
     };
-    colours.run({&m_plan, bounceBlocks}, loops);
+    colours.run({&m_plan.colours(), bounceBlocks}, loops);
 }
 
-btScalar ContactSet::push(SolverBodies& bodies)
+ColourLoop ContactSet::push(SolverBodies& bodies, btScalar* residuals)
 {
-    const RowKernels& kernels = rowKernels();
-    btScalar residual = 0;
-    // Few points are deep.
-    for (std::uint32_t i = 0; i < m_blocks.size(); ++i)
-    {
-        const ContactBlock& block = m_blocks[i];
-        const bool isDeep =
-            std::any_of(block.rows, block.rows + block.points,
-                        [](const PointRows& point) { return point.push != PointRows::kNoPush; });
-        if (!isDeep)
-            continue;
-        forBlocks({i, i + 1, 0, 0}, bodies.pushes(),
-                  [&](std::uint32_t, std::uint32_t) {
-                      residual = std::max(
-                          residual, kernels.push(block, m_rows.data(), m_pushes.data(), bodies.pushes()));
-                  });
-    }
-    return residual;
+    return {&m_deepColours, [this, &bodies, residuals](const BlockRange& range)
+            {
+                btScalar& residual = residuals[range.thread];
+                const auto pushBlock = [&](std::uint32_t block)
+                {
+                    residual = std::max(residual, rowKernels().push(m_blocks[block], m_rows.data(),
+                                                                    m_pushes.data(), bodies.pushes()));
+                };
+                for (std::uint32_t i = range.begin; i < range.end; ++i)
+                    forEachBlock({m_deepBlocks[i], m_deepBlocks[i] + 1, range.thread, range.round},
+                                 bodies.pushes(), pushBlock);
+            }};
 }
 
 void ContactSet::writeBack(const SolverStep& step, ParallelLoops& loops) const

@@ -54,15 +54,18 @@ public:
     void bounce(SolverBodies& bodies, ColourLoops& colours, ParallelLoops& loops);
     ///@}
 
-    bool hasDeepPoints() const { return m_pushCount > 0; }
-    /// One iteration of the split impulse.
-    btScalar push(SolverBodies& bodies);
+    bool hasDeepPoints() const { return !m_deepBlocks.empty(); }
+    /// The loop of one iteration of the split impulse.
+    ///
+    /// @param residuals [thread] gets the largest change of a velocity, squared
+    ColourLoop push(SolverBodies& bodies, btScalar* residuals);
 
     /// Stores the impulses in the points.
     void writeBack(const SolverStep& step, ParallelLoops& loops) const;
 
 private:
     void layOut(const SolverStep& step, const SolverBodies& bodies, ParallelLoops& loops);
+    void findDeepBlocks();
     /// A block whose lanes move a body each by a part of its own.
     struct SharedBody
     {
@@ -89,7 +92,8 @@ private:
     std::vector<SharedBody> m_sharedBodies;  ///< [block - m_firstShared]
     RowStorage<RowBlock> m_rows;
     RowStorage<PushBlock> m_pushes;
-    std::uint32_t m_pushCount = 0;
+    std::vector<std::uint32_t> m_deepBlocks;       ///< those with a deep point
+    std::vector<BlockPlan::Colour> m_deepColours;  ///< of m_deepBlocks
 };
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

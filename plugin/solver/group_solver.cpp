@@ -127,7 +127,7 @@ void GroupSolver::solveCollected(const SolverGroup& group, const btContactSolver
     }
     else
     {
-        pushApart(info);
+        pushApart(info, loops);
         iterate(info, loops);
     }
     // Allocates nothing from here on.
@@ -217,35 +217,38 @@ void GroupSolver::takeSubsteps(const btContactSolverInfo& info, const SolverOpti
     m_contacts.bounce(m_bodies, m_colours, loops);
 }
 
-void GroupSolver::pushApart(const btContactSolverInfo& info)
+void GroupSolver::pushApart(const btContactSolverInfo& info, ParallelLoops& loops)
 {
-    if (!m_contacts.hasDeepPoints())
-        return;
-    for (int i = 0; i < info.m_numIterations; ++i)
-    {
-        if (m_contacts.push(m_bodies) <= info.m_leastSquaresResidualThreshold)
-            return;
-    }
+    if (m_contacts.hasDeepPoints())
+        runRounds(info, {m_contacts.push(m_bodies, m_residuals.data())}, info.m_numIterations,
+                  info.m_leastSquaresResidualThreshold > 0, loops);
 }
 
 void GroupSolver::iterate(const btContactSolverInfo& info, ParallelLoops& loops)
 {
-    const int iterations = std::max(info.m_numIterations, m_joints.mostIterations());
     std::vector<ColourLoop> round = {m_joints.solve(m_step, 1, false, m_bodies, m_residuals.data())};
     m_contacts.addLoops(m_step, info.m_numIterations, m_bodies, m_residuals.data(), round);
-    // All at once, unless the change of one iteration says whether another one follows.
-    const int rounds = m_step.notesResidual ? 1 : iterations;
-    for (m_iterations = 0; m_iterations < iterations; m_iterations += rounds)
+    m_iterations = runRounds(info, round, std::max(info.m_numIterations, m_joints.mostIterations()),
+                             m_step.notesResidual, loops);
+}
+
+/// Runs loops again and again: all rounds at once, unless the change of one says whether another one follows.
+///
+/// @return the number of rounds
+int GroupSolver::runRounds(const btContactSolverInfo& info, const std::vector<ColourLoop>& round, int most,
+                           bool mayEndEarly, ParallelLoops& loops)
+{
+    m_residual = 0;
+    const int step = mayEndEarly ? 1 : most;
+    for (int first = 0; first < most; first += step)
     {
         std::fill(m_residuals.begin(), m_residuals.end(), btScalar(0));
-        m_colours.run(round, m_iterations, rounds, loops);
+        m_colours.run(round, first, step, loops);
         m_residual = *std::max_element(m_residuals.begin(), m_residuals.end());
-        if (m_step.notesResidual && m_residual <= info.m_leastSquaresResidualThreshold)
-        {
-            ++m_iterations;
-            return;
-        }
+        if (mayEndEarly && m_residual <= info.m_leastSquaresResidualThreshold)
+            return first + 1;
     }
+    return most;
 }
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

@@ -65,8 +65,10 @@ private:
                ParallelLoops& loops);
     void writeBack(const btContactSolverInfo& info, ParallelLoops& loops);
     void addToReport();
-    void pushApart(const btContactSolverInfo& info);
+    void pushApart(const btContactSolverInfo& info, ParallelLoops& loops);
     void iterate(const btContactSolverInfo& info, ParallelLoops& loops);
+    int runRounds(const btContactSolverInfo& info, const std::vector<ColourLoop>& round, int most,
+                  bool mayEndEarly, ParallelLoops& loops);
     void iterateJoints(int iterations, bool relaxes, ParallelLoops& loops);
     void takeSubsteps(const btContactSolverInfo& info, const SolverOptions& options, ParallelLoops& loops);
 

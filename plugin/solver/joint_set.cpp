@@ -217,7 +217,7 @@ void JointSet::readJoint(const btContactSolverInfo& info, const Joint& joint, in
 ColourLoop JointSet::solve(const SolverStep& step, int stride, bool relaxes, SolverBodies& bodies,
                            btScalar* residuals)
 {
-    return {&m_plan, [=, &step, &bodies](const BlockRange& range)
+    return {&m_plan.colours(), [=, &step, &bodies](const BlockRange& range)
             {
                 btScalar& residual = residuals[range.thread];
                 for (std::uint32_t i = range.begin; i < range.end; ++i)
@@ -239,7 +239,7 @@ btScalar JointSet::solveBlock(const SolverStep& step, const JointBlock& block, i
 
 ColourLoop JointSet::applyImpulses(SolverBodies& bodies) const
 {
-    return {&m_plan, [this, &bodies](const BlockRange& range)
+    return {&m_plan.colours(), [this, &bodies](const BlockRange& range)
             {
                 for (std::uint32_t i = range.begin; i < range.end; ++i)
                     rowKernels().applyJoints(m_blocks[i], m_rows.data(), bodies.motions());

@@ -122,7 +122,9 @@ TEST(SolverThreads, KeepBitsForAnyNumberInWorld)
 
 /// One island of which each part of the work is divided: bodies of three masses, some joined, some with friction of rolling,
 /// some on a kinematic body, and a disabled joint.
-void buildHeap(SolverScene& scene)
+///
+/// @param spacing of the bodies, which are cubes of 1 m
+void buildHeap(SolverScene& scene, double spacing)
 {
     scene.addFloor().setFriction(btScalar(0.8));
     btBoxShape& cube = scene.box(0.5, 0.5, 0.5);
@@ -130,43 +132,63 @@ void buildHeap(SolverScene& scene)
     plate.setAnisotropicFriction(vec(1, 1, 0.5));
     for (int i = 0; i < 1400; ++i)
     {
-        const double x = 0.998 * (i % 10), y = 1.499 + 0.998 * (i / 100), z = 0.998 * (i / 10 % 10);
+        const double x = spacing * (i % 10), y = 1.499 + spacing * (i / 100), z = spacing * (i / 10 % 10);
         btRigidBody& body = scene.add(cube, 1 + i % 3, vec(x - 5, y, z - 5));
         body.setRollingFriction(btScalar(i % 7 == 0 ? 0.05 : 0));
         const auto& bodies = scene.bodies();
         if (i % 5 == 1)
             scene
                 .join<btPoint2PointConstraint>(*bodies[bodies.size() - 2], body, vec(0.5, 0, 0),
-                                               vec(-0.498, 0, 0))
+                                               vec(0.5 - spacing, 0, 0))
                 .setEnabled(i % 10 != 1);
+    }
+}
+
+/// @param examine called with the scene after the first step
+template <class Examine>
+void expectBitsOfHeapForAnyNumber(Contender model, double spacing, btScalar residualThreshold, int steps,
+                                  const Examine& examine)
+{
+    std::vector<std::uint64_t> expected;
+    for (const int threads : {1, 2, 5, 8})
+    {
+        SCOPED_TRACE(testing::Message() << nameOf(model) << ' ' << threads);
+        SolverScene scene(makeSolver(model, threads), 0, makeParallelWorld<1>);
+        scene.info().m_leastSquaresResidualThreshold = residualThreshold;
+        buildHeap(scene, spacing);
+        std::vector<std::uint64_t> hashes;
+        for (int i = 0; i < steps; ++i)
+        {
+            scene.step();
+            hashes.push_back(scene.hash());
+            if (i == 0)
+                examine(scene);
+        }
+        const SolverStats& stats = static_cast<Solver&>(scene.solver()).stats();
+        EXPECT_GT(stats.contacts, 3000u);
+        EXPECT_GT(stats.joints, 100u);
+        EXPECT_EQ(stats.refusedGroups, 0u);
+        if (threads == 1)
+            expected = hashes;
+        EXPECT_EQ(hashes, expected);
     }
 }
 
 TEST(SolverThreads, KeepBitsOfLargeIslandForAnyNumber)
 {
     for (const Contender model : kModels)
-    {
-        std::vector<std::uint64_t> expected;
-        for (const int threads : {1, 2, 5, 8})
-        {
-            SCOPED_TRACE(testing::Message() << nameOf(model) << ' ' << threads);
-            SolverScene scene(makeSolver(model, threads), 0, makeParallelWorld<1>);
-            buildHeap(scene);
-            std::vector<std::uint64_t> hashes;
-            for (int i = 0; i < 6; ++i)
-            {
-                scene.step();
-                hashes.push_back(scene.hash());
-            }
-            const SolverStats& stats = static_cast<Solver&>(scene.solver()).stats();
-            EXPECT_GT(stats.contacts, 3000u);
-            EXPECT_GT(stats.joints, 100u);
-            EXPECT_EQ(stats.refusedGroups, 0u);
-            if (threads == 1)
-                expected = hashes;
-            EXPECT_EQ(hashes, expected);
-        }
-    }
+        expectBitsOfHeapForAnyNumber(model, 0.998, 0, 6, [](SolverScene&) {});
+}
+
+TEST(SolverThreads, KeepBitsOfSplitImpulseForAnyNumber)
+{
+    for (const btScalar threshold : {btScalar(0), btScalar(1e-6)})
+        expectBitsOfHeapForAnyNumber(Contender::Bullet, 0.93, threshold, 2,
+                                     [](SolverScene& scene)
+                                     {
+                                         ASSERT_TRUE(scene.info().m_splitImpulse);
+                                         EXPECT_GT(scene.meanDepth(), 0.05);
+                                     });
 }
 
 /// What the bodies of an island have that a solver might ask its whole group for.
