@@ -77,6 +77,19 @@ TEST(SolverJoints, ReportImpulsesAndFeedbackAsStock)
     expectLoadHangsAsStock([&](SolverScene & in, btRigidBody & a, btRigidBody & b) -> auto& {
         return in.join<btSliderConstraint>(a, b, below, above, true);
     });
+    expectLoadHangsAsStock([&](SolverScene & in, btRigidBody & a, btRigidBody & b) -> auto& {
+        return in.join<btHingeAccumulatedAngleConstraint>(a, b, below, above);
+    });
+    expectLoadHangsAsStock([](SolverScene & in, btRigidBody & a, btRigidBody & b) -> auto& {
+        return in.join<btUniversalConstraint>(a, b, vec(0, 4, 0), vec(1, 0, 0), vec(0, 0, 1));
+    });
+    expectLoadHangsAsStock([](SolverScene & in, btRigidBody & a, btRigidBody & b) -> auto& {
+        btVector3 anchor = vec(0, 4, 0), steering = vec(0, 1, 0), axle = vec(1, 0, 0);
+        auto& joint = in.join<btHinge2Constraint>(a, b, anchor, steering, axle);
+        joint.setStiffness(2, 400);
+        joint.setDamping(2, 10);
+        return joint;
+    });
 }
 
 /// Whether a joint holds a load of this mass.
