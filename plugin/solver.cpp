@@ -265,12 +265,12 @@ void SolverWithoutState::Parts::warnOfSettings(const btContactSolverInfo& info)
 {
     if (options.model != SolverModel::Soft || hasWarnedOfSettings)
         return;
-    const char* const setting = settingWithoutEffectOnSoft(info);
-    if (setting == nullptr)
+    const SoftSettings settings(info);
+    if (settings.names()[0] == '\0')
         return;
     hasWarnedOfSettings = true;
-    char text[96];
-    std::snprintf(text, sizeof(text), "Solver: %s has no effect with SolverModel::Soft", setting);
+    char text[320];
+    std::snprintf(text, sizeof(text), "Solver: SolverModel::Soft has no use for %s", settings.names());
     log(LogLevel::Warning, text);
 }
 
