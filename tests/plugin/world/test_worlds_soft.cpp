@@ -5,6 +5,7 @@
 // updateAabbs().
 #include "cullet/plugin/core/dynamic_type.h"
 #include "cullet/plugin/isa_gjk.h"
+#include "cullet/plugin/solver.h"
 #include "cullet/tests/plugin/broadphase/broadphase_support.h"
 
 #include <BulletSoftBody/btSoftBodyConcaveCollisionAlgorithm.h>
@@ -23,8 +24,10 @@ namespace
 class SoftScene
 {
 public:
-    explicit SoftScene(btBroadphaseInterface& broadphase)
-        : world(&m_dispatcher, &broadphase, &m_solver, &m_configuration)
+    explicit SoftScene(btBroadphaseInterface& broadphase) : SoftScene(broadphase, nullptr) {}
+    /// @param solver of rigid bodies; null: Bullet's
+    SoftScene(btBroadphaseInterface& broadphase, btConstraintSolver* solver)
+        : world(&m_dispatcher, &broadphase, solver != nullptr ? solver : &m_solver, &m_configuration)
     {
         world.setGravity(vec(0, -10, 0));
         btSoftBodyWorldInfo& info = world.getWorldInfo();
@@ -143,6 +146,52 @@ TEST(WorldsSoftBodies, MatchDbvtWhenWeightHangsOnRope)
     Broadphase own;
     btDbvtBroadphase stock;
     expectNear(hangAWeight(own), hangAWeight(stock), 0.02);
+}
+
+/// Mean heights of boxes that stand on each other and of a cloth that falls on them.
+std::vector<double> coverBoxes(btConstraintSolver* solver)
+{
+    btDbvtBroadphase broadphase;
+    SoftScene scene(broadphase, solver);
+    btBoxShape shape(vec(0.3, 0.3, 0.3));
+    btVector3 inertia;
+    shape.calculateLocalInertia(1, inertia);
+    btRigidBody lower(1, nullptr, &shape, inertia), upper(1, nullptr, &shape, inertia);
+    btSoftBody* cloth =
+        btSoftBodyHelpers::CreatePatch(scene.world.getWorldInfo(), vec(-1, 1.6, -1), vec(1, 1.6, -1),
+                                       vec(-1, 1.6, 1), vec(1, 1.6, 1), 11, 11, 0, true);
+    cloth->setTotalMass(btScalar(0.5));
+    scene.world.addSoftBody(cloth);
+    std::vector<double> heights;
+    for (btRigidBody* body : {&lower, &upper})
+    {
+        body->setWorldTransform(
+            btTransform(btQuaternion::getIdentity(), vec(0, body == &lower ? 0.3 : 0.9, 0)));
+        scene.world.addRigidBody(body);
+    }
+    scene.step(180);
+    for (btRigidBody* body : {&lower, &upper})
+    {
+        heights.push_back(double(body->getWorldTransform().getOrigin().y()));
+        scene.world.removeRigidBody(body);
+    }
+    heights.push_back(meanHeight(*cloth));
+    EXPECT_LT(heights.back(), 1.3) << "the cloth has not come down";
+    return heights;
+}
+
+TEST(WorldsSoftBodies, LieOnRigidBodiesOfCulletsSolverAsOfBullets)
+{
+    const std::vector<double> expected = coverBoxes(nullptr);
+    for (const SolverModel model : {SolverModel::Bullet, SolverModel::Soft})
+    {
+        SolverOptions options;
+        options.model = model;
+        Solver solver(options);
+        expectNear(coverBoxes(&solver), expected, 0.03);
+        EXPECT_EQ(solver.stats().refusedGroups, 0u);
+        EXPECT_GE(solver.stats().contacts, 2u);
+    }
 }
 
 /// The cells of soft bodies are not those that cullet replaces.
