@@ -95,14 +95,15 @@ void PlainLoop::processCollision(const btCollisionObjectWrapper* a, const btColl
 
 MeshBench::MeshBench(Loop loop, btCollisionShape& convex, btCollisionShape& mesh, bool isMeshFirst,
                      const IsaGjkOptions& options)
-    : m_isaGjk(registerIsaGjk(m_dispatcher, options)), m_isMeshFirst(isMeshFirst)
+    : m_isaGjk(loop == Loop::Stock ? nullptr : &registerIsaGjk(m_dispatcher, options)),
+      m_isMeshFirst(isMeshFirst)
 {
     m_convex.setCollisionShape(&convex);
     m_mesh.setCollisionShape(&mesh);
     const btCollisionObject &a = isMeshFirst ? m_mesh : m_convex, &b = isMeshFirst ? m_convex : m_mesh;
     const btCollisionObjectWrapper wrapA(nullptr, a.getCollisionShape(), &a, a.getWorldTransform(), -1, -1),
         wrapB(nullptr, b.getCollisionShape(), &b, b.getWorldTransform(), -1, -1);
-    if (loop == Loop::Ours)
+    if (loop != Loop::Plain)
     {
         m_algorithm = m_dispatcher.findAlgorithm(&wrapA, &wrapB, nullptr, BT_CONTACT_POINT_ALGORITHMS);
         return;

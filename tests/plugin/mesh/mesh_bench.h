@@ -28,7 +28,8 @@ private:
 enum class Loop
 {
     Ours,
-    Plain
+    Plain,
+    Stock  ///< Bullet's own algorithms throughout
 };
 
 /// Leaves the loop over triangles to Bullet.
@@ -57,7 +58,8 @@ public:
 
     const btPersistentManifold& manifold() { return *m_dispatcher.getManifoldByIndexInternal(0); }
     btCollisionDispatcher& dispatcher() { return m_dispatcher; }
-    IsaGjkRegistration& isaGjk() { return m_isaGjk; }
+    /// @pre not Loop::Stock
+    IsaGjkRegistration& isaGjk() { return *m_isaGjk; }
     btCollisionAlgorithm& algorithm() { return *m_algorithm; }
     btCollisionObject& convex() { return m_convex; }
     btCollisionObject& mesh() { return m_mesh; }
@@ -66,7 +68,7 @@ public:
 private:
     btDefaultCollisionConfiguration m_configuration;
     btCollisionDispatcher m_dispatcher{&m_configuration};
-    IsaGjkRegistration& m_isaGjk;
+    IsaGjkRegistration* m_isaGjk;
     btCollisionObject m_convex, m_mesh;
     bool m_isMeshFirst;
     btDispatcherInfo m_info;

@@ -331,6 +331,57 @@ TEST_P(MeshContacts, AreDeepestAndAmongThoseOfAllTriangles)
     EXPECT_LT(odd * (hasFlatTriangles && std::get<1>(GetParam()) == BodyKind::Sphere ? 20 : 50), points);
 }
 
+/// Poses in which stock Bullet has a body overlap a mesh, beside what this library has there.
+struct StockTally
+{
+    void compare(MeshBench& stock, MeshBench& ours, const btTransform& at, const btTransform& meshAt)
+    {
+        const double bullets = deepest(stock.stepFromNothing(at, meshAt));
+        if (bullets >= 0)
+            return;
+        const double found = deepest(ours.stepFromNothing(at, meshAt));
+        ++touching;
+        missed += found > 0;
+        if (bullets > -kShallow)
+        {
+            ++shallow;
+            lessDeep += found > bullets + 2e-3;
+        }
+    }
+
+    static constexpr double kShallow =
+        0.02;  ///< metres; where bodies are deeper, each search may find another way out
+    int touching = 0, missed = 0, shallow = 0, lessDeep = 0;
+};
+
+TEST_P(MeshContacts, TouchWhereStockBulletTouchesAndAsDeep)
+{
+    constexpr unsigned kSeed = 47;
+    SCOPED_TRACE(kSeed);
+    std::mt19937 engine(kSeed);
+    const Mesh mesh(std::get<0>(GetParam()), engine);
+    const auto body = makeBody(std::get<1>(GetParam()), engine);
+    MeshBench ours(Loop::Ours, *body, *mesh.shape), stock(Loop::Stock, *body, *mesh.shape);
+    StockTally tally;
+    forEachPose(engine, posesToTry(12),
+                [&](const btTransform& at, const btTransform& meshAt)
+                {
+                    tally.compare(stock, ours, at, meshAt);
+                    // Lifted until it hardly overlaps.
+                    btTransform pose = meshAt.inverse() * at;
+                    for (int lifts = 0; lifts < 12; ++lifts)
+                    {
+                        const double depth = -deepest(stock.stepFromNothing(meshAt * pose, meshAt));
+                        pose.getOrigin() += vec(0, std::max(depth - 0.005, 0.0), 0);
+                    }
+                    tally.compare(stock, ours, meshAt * pose, meshAt);
+                });
+    EXPECT_GT(tally.touching, 60);
+    EXPECT_GT(tally.shallow, 10);
+    EXPECT_EQ(tally.missed, 0);
+    EXPECT_EQ(tally.lessDeep, 0);
+}
+
 INSTANTIATE_TEST_SUITE_P(
     All, MeshContacts,
     testing::Combine(testing::Values(MeshKind::Bvh, MeshKind::BvhUnquantized, MeshKind::Scaled,
