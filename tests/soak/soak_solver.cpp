@@ -13,6 +13,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <memory>
 #include <string>
 #include <vector>
@@ -340,6 +341,21 @@ private:
                 throw SoakFault(m_step, "a joint whose impulse is no number");
     }
 
+    static std::string nameOf(const btRigidBody& body)
+    {
+        btVector3 low, high;
+        body.getCollisionShape()->getAabb(btTransform::getIdentity(), low, high);
+        const btVector3 size = high - low, place = body.getWorldTransform().getOrigin(),
+                        speed = body.getLinearVelocity();
+        char text[200];
+        std::snprintf(text, sizeof(text),
+                      "%s of %.3f x %.3f x %.3f m, %d joints, at %.2f %.2f %.2f, %.1f m/s",
+                      body.getCollisionShape()->getName(), double(size.x()), double(size.y()),
+                      double(size.z()), body.getNumConstraintRefs(), double(place.x()), double(place.y()),
+                      double(place.z()), double(speed.length()));
+        return text;
+    }
+
     void checkBody(const btRigidBody& body) const
     {
         const btVector3 place = body.getWorldTransform().getOrigin(), speed = body.getLinearVelocity();
@@ -350,7 +366,7 @@ private:
             throw SoakFault(m_step, "a body that moves with " + std::to_string(speed.length()) + " m/s");
         if (double(place.y()) < -1 || std::fabs(double(place.x())) > kPit + 1 ||
             std::fabs(double(place.z())) > kPit + 1)
-            throw SoakFault(m_step, "a body that has left the pit");
+            throw SoakFault(m_step, "a body that has left the pit: " + nameOf(body));
     }
 
     /// How bodies and joints are after their rest. The bounds are the same in the first round and in the last.
