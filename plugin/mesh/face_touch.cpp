@@ -60,6 +60,32 @@ void measureHeights(const Hull<btScalar>& hull, const Eigen::Vector3d& direction
     measureBaseline(hull, direction, heights);
 }
 
+/// Heights of four vertices, with the bits of measureHeights().
+[[gnu::always_inline]] inline LaneNumbers heightsOfFour(const Hull<btScalar>& hull,
+                                                        const Eigen::Vector3d& direction, std::int32_t first)
+{
+    const auto four = [first](const btScalar* all)
+    {
+        double wide[4];
+        for (std::int32_t i = 0; i < 4; ++i)
+            wide[i] = double(all[first + i]);
+        return LaneNumbers::load(wide);
+    };
+    return four(hull.x()) * direction[0] + four(hull.y()) * direction[1] + four(hull.z()) * direction[2];
+}
+
+[[gnu::always_inline]] inline double leastOf(const LaneNumbers& v)
+{
+    const LaneNumbers halves = LaneNumbers::smaller(v, v.lanes<2, 3, 0, 1>());
+    return LaneNumbers::smaller(halves, halves.lanes<1, 0, 3, 2>())[0];
+}
+
+/// Bit i: number i is the least.
+[[gnu::always_inline]] inline std::uint64_t areLeast(const LaneNumbers& v, double least)
+{
+    return (v == LaneNumbers(least)).bits();
+}
+
 bool comesFirst(const Hull<btScalar>& hull, std::int32_t i, std::int32_t j)
 {
     const auto place = [&](std::int32_t v) { return std::make_tuple(hull.x()[v], hull.y()[v], hull.z()[v]); };
@@ -253,23 +279,31 @@ FaceTouch::FaceTouch(const PosedShape& core, const Eigen::Vector3d (&corners)[3]
 FaceTouch::Lowest FaceTouch::lowestAlong(const PosedShape& core, const Eigen::Vector3d& direction)
 {
     const Hull<btScalar>& hull = core.hull();
+    const Eigen::Vector3d local = core.basis().transpose() * direction;
+    const auto count = static_cast<std::size_t>(hull.vertexCount());
+    const std::uint64_t all = (std::uint64_t(1) << count) - 1;
+    if (hull.paddedCount() == 8)
+    {
+        // Most cores are boxes. What pads the coordinates repeats the first vertex.
+        const LaneNumbers low = heightsOfFour(hull, local, 0), high = heightsOfFour(hull, local, 4);
+        const double least = leastOf(LaneNumbers::smaller(high, low));
+        return {firstOf(hull, (areLeast(low, least) | areLeast(high, least) << 4) & all), least};
+    }
     Heights heights;
     // Compilers cannot prove that a hull has a vertex.
     heights[0] = 0.0;
-    measureHeights(hull, core.basis().transpose() * direction, heights);
-    const auto count = static_cast<std::size_t>(hull.vertexCount());
+    measureHeights(hull, local, heights);
     // The lanes that are left repeat the first vertex.
     for (std::size_t i = count; i % 4 != 0; ++i)
         heights[i] = heights[0];
     LaneNumbers lowest = LaneNumbers::load(heights.data());
     for (std::size_t i = 4; i < count; i += 4)
         lowest = LaneNumbers::smaller(LaneNumbers::load(&heights[i]), lowest);
-    lowest = LaneNumbers::smaller(lowest, lowest.lanes<2, 3, 0, 1>());
-    const double least = LaneNumbers::smaller(lowest, lowest.lanes<1, 0, 3, 2>())[0];
-    std::uint64_t areLowest = 0;
+    const double least = leastOf(lowest);
+    std::uint64_t isLowest = 0;
     for (std::size_t i = 0; i < count; i += 4)
-        areLowest |= std::uint64_t((LaneNumbers::load(&heights[i]) == LaneNumbers(least)).bits()) << i;
-    return {firstOf(hull, areLowest & ((std::uint64_t(1) << count) - 1)), least};
+        isLowest |= areLeast(LaneNumbers::load(&heights[i]), least) << i;
+    return {firstOf(hull, isLowest & all), least};
 }
 
 /// A corner of the polygon that is one of the lowest and over the triangle.

@@ -126,6 +126,16 @@ TEST(FaceTouch, HasDistanceOfSearchForBoxesCapsulesAndHulls)
     }
     expectExact(*prism);
     invalidate(*prism);
+    // Fewer points than lanes: what fills the rest is no vertex.
+    const auto wedge = std::make_unique<btConvexHullShape>();
+    for (const double z : {-0.4, 0.4})
+    {
+        wedge->addPoint(vec(-0.5, 0.3, z));
+        wedge->addPoint(vec(0.1, -0.3, z));
+        wedge->addPoint(vec(0.4, 0.2, z));
+    }
+    expectExact(*wedge);
+    invalidate(*wedge);
 }
 
 /// Half of the hulls are prisms, with level faces.
