@@ -252,19 +252,16 @@ void TriangleBatch::placeAll(const CoreFrame& frame)
 /// placeAll() with the same bits, one triangle after the other.
 void TriangleBatch::placeFew(const CoreFrame& frame)
 {
-    const Eigen::Matrix3d& basis = frame.meshBasis();
-    const Eigen::Vector3d& origin = frame.meshOrigin();
-    for (std::size_t i = 0; i < static_cast<std::size_t>(m_count); ++i)
+    for (int i = 0; i < m_count; ++i)
     {
+        const auto place = static_cast<std::size_t>(i);
         for (int c = 0; c < 3; ++c)
         {
-            const double x = double(m_inMesh[c][0][i]), y = double(m_inMesh[c][1][i]),
-                         z = double(m_inMesh[c][2][i]);
+            const Eigen::Vector3d corner = frame.ofMesh(inMesh(i, c));
             for (int row = 0; row < 3; ++row)
-                m_corners[c][row][i] =
-                    basis(row, 0) * x + basis(row, 1) * y + basis(row, 2) * z + origin[row];
+                m_corners[c][row][place] = corner[row];
         }
-        m_isNear[i] = 1;
+        m_isNear[place] = 1;
     }
 }
 

@@ -47,11 +47,13 @@ public:
     /// The transform of the core in this frame: nearly the identity, with the core's axes.
     btTransform coreBasis() const;
 
-    /// A point of the mesh in this frame.
+    /// A point of the mesh in this frame, rounded as in a batch.
     Eigen::Vector3d ofMesh(const btVector3& point) const
     {
-        return m_meshBasis * Eigen::Vector3d(double(point.x()), double(point.y()), double(point.z())) +
-               m_meshOrigin;
+        const double x = double(point.x()), y = double(point.y()), z = double(point.z());
+        const auto row = [&](int i)
+        { return m_meshBasis(i, 0) * x + m_meshBasis(i, 1) * y + m_meshBasis(i, 2) * z + m_meshOrigin[i]; };
+        return {row(0), row(1), row(2)};
     }
 
     Eigen::Vector3d ofWorld(const btVector3& point) const;

@@ -277,7 +277,7 @@ void TrianglePass::ask(int i)
         default:
             if (m_reading == Reading::Candidates && !correct(corners, m_batch.triangle(i)))
                 return;
-            addTouch(i);
+            addTouch(i, corners);
             if (m_reading == Reading::Batch && found.state == GjkState::Near && found.isSettled &&
                 !m_showsEveryPoint)
                 m_batch.dropRepeats(i, m_search->normal(), m_search->touchedPoint());
@@ -313,25 +313,15 @@ void TrianglePass::askBullet(const btCollisionObjectWrapper& triangle, btManifol
 }
 
 /// Adds what the last search has found.
-void TrianglePass::addTouch(int i)
+void TrianglePass::addTouch(int i, const TriangleSearch::Corners& corners)
 {
     const TriangleBatch::Triangle triangle = m_batch.triangle(i);
     if (m_search->isTouchAlone())
         return m_search->addTouch(m_search->placeOnConvex(), triangle, m_points);
     // Of few triangles, each has its patch, and the search is still there.
     if (!m_bounds)
-        return addPatch(triangle, m_touches);
+        return m_search->addPatch(triangle, corners, m_touches);
     m_search->addTouch(m_batch.middleWithin(i, *m_bounds), triangle, m_touches);
-}
-
-/// Adds the points of the patch around the touch of the search.
-void TrianglePass::addPatch(const TriangleBatch::Triangle& triangle, MeshPoints& points)
-{
-    // The batch may have rounded them in another way.
-    const btVector3(&corners)[3] = triangle.corners;
-    m_search->addPatch(triangle,
-                       {m_frame.ofMesh(corners[0]), m_frame.ofMesh(corners[1]), m_frame.ofMesh(corners[2])},
-                       points);
 }
 
 void TrianglePass::makePatches()
@@ -348,8 +338,12 @@ void TrianglePass::makePatches()
         m_touches.reduce(kMostPatches);
     for (int i = 0; i < m_touches.count(); ++i)
     {
+        const TriangleBatch::Triangle& triangle = m_touches[i].triangle;
         m_search->returnTo(m_touches[i].touch);
-        addPatch(m_touches[i].triangle, m_points);
+        m_search->addPatch(triangle,
+                           {m_frame.ofMesh(triangle.corners[0]), m_frame.ofMesh(triangle.corners[1]),
+                            m_frame.ofMesh(triangle.corners[2])},
+                           m_points);
     }
     m_touches.clear();
 }

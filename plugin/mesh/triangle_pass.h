@@ -114,10 +114,9 @@ private:
     void placeBatch();
     void ask(int i);
     ContactSearchResult search(int i, const TriangleSearch::Corners& corners);
-    void addTouch(int i);
+    void addTouch(int i, const TriangleSearch::Corners& corners);
     void askBullet(const TriangleBatch::Triangle& triangle);
     void askBullet(const btCollisionObjectWrapper& triangle, btManifoldResult& result);
-    void addPatch(const TriangleBatch::Triangle& triangle, MeshPoints& points);
     void makePatches();
     void showPoints();
     void useAxes();
