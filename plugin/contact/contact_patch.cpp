@@ -606,11 +606,11 @@ ContactPatch makeContactPatch(const PosedShape& a, const PosedShape& b, const To
 }
 
 ContactPatch makeWidePatch(const PosedShape& a, const PosedShape& b, const Touch& touch,
-                           const PatchLimits& limits, const PatchFans& fans)
+                           const PatchLimits& limits, const PatchFans& fans, const NormalMap* mapOfA)
 {
     ContactFrame frame(touch.normal);
     PatchBuilder builder(touch, frame, limits);
-    const PatchSide sideA = {a, ContactFace(a, -touch.normal, touch.vertexA, fans.a), -touch.onB};
+    const PatchSide sideA = {a, ContactFace(a, -touch.normal, touch.vertexA, fans.a, mapOfA), -touch.onB};
     const PatchSide sideB = {b, ContactFace(b, touch.normal, touch.vertexB, fans.b),
                              b.origin() - a.origin() - touch.onB};
     if (std::min(sideA.face.alignment(), sideB.face.alignment()) < kLoneAlignment &&

@@ -12,6 +12,8 @@ namespace cullet
 {
 inline namespace CULLET_PRECISION
 {
+class NormalMap;
+
 /// The closest or deepest points of two cores. World axes, relative to the origin of A.
 struct Touch
 {
@@ -101,7 +103,10 @@ ContactPatch makeContactPatch(const PosedShape& a, const PosedShape& b, const To
                               const PatchLimits& limits, const PatchFans& fans = {});
 
 /// makeContactPatch() for more than one point and a touch that is not alone; see isTouchAlone().
+///
+/// @param mapOfA of normals of A; null: it is found out
 ContactPatch makeWidePatch(const PosedShape& a, const PosedShape& b, const Touch& touch,
-                           const PatchLimits& limits, const PatchFans& fans);
+                           const PatchLimits& limits, const PatchFans& fans,
+                           const NormalMap* mapOfA = nullptr);
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

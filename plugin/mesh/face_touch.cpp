@@ -126,9 +126,9 @@ struct FaceTouch::Polygon
 
     /// @param down   unit
     /// @param vertex the lowest
-    Polygon(const PosedShape& core, const Eigen::Vector3d& down, std::int32_t vertex)
+    Polygon(const PosedShape& core, const Eigen::Vector3d& down, std::int32_t vertex, const NormalMap* map)
     {
-        const ContactFace face(core, down, vertex);
+        const ContactFace face(core, down, vertex, nullptr, map);
         const Hull<btScalar>::Span ids = face.corners();
         if (ids.size() > kMostCorners)
             return;
@@ -242,7 +242,8 @@ private:
     std::array<Place, Polygon::kMostCorners> m_places;
 };
 
-FaceTouch::FaceTouch(const PosedShape& core, const Eigen::Vector3d (&corners)[3], double limit)
+FaceTouch::FaceTouch(const PosedShape& core, const Eigen::Vector3d (&corners)[3], double limit,
+                     const NormalMap* map)
 {
     const Eigen::Vector3d ab = corners[1] - corners[0], ac = corners[2] - corners[0];
     const Eigen::Vector3d across = ab.cross(ac), fromCentre = corners[0] - core.origin() - core.centre();
@@ -264,7 +265,7 @@ FaceTouch::FaceTouch(const PosedShape& core, const Eigen::Vector3d (&corners)[3]
     m_rounding = 2.0 * double(std::numeric_limits<btScalar>::epsilon()) * size;
     if (m_touch.distance <= m_least)
         return;
-    const Polygon polygon(core, -m_touch.normal, lowest.vertex);
+    const Polygon polygon(core, -m_touch.normal, lowest.vertex, map);
     if (polygon.count < 2)
         return;
     const Prism prism(polygon, corners, m_touch.normal);

@@ -35,7 +35,9 @@ public:
     /// @pre the core has up to kMostVertices
     /// @param corners of the triangle, in the frame in which the core has its origin()
     /// @param limit   the largest distance of a contact, and a bound of rounding errors
-    FaceTouch(const PosedShape& core, const Eigen::Vector3d (&corners)[3], double limit);
+    /// @param map     of the core; null: it is found out
+    FaceTouch(const PosedShape& core, const Eigen::Vector3d (&corners)[3], double limit,
+              const NormalMap* map = nullptr);
 
     State state() const { return m_state; }
     /// Unit, from the triangle to the core; valid for Separated and Near.

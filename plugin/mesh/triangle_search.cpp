@@ -272,11 +272,13 @@ FaceTouch TriangleSearch::touchFace(const Corners& corners)
     if (!hasFewPoints(m_pair.a))
         return {};
     const double limit = double(padLimit(m_pair, m_cores, m_limit));
-    const FaceTouch face(*m_cores.a, corners, limit);
+    if (!m_normals)
+        m_normals.emplace(*m_cores.a);
+    const FaceTouch face(*m_cores.a, corners, limit, &*m_normals);
     const bool needsGraph = face.state() == FaceTouch::State::Unknown && m_cores.hasCloud() &&
                             m_cores.mayBuildGraphs(m_pair, m_hulls);
     return needsGraph && m_cores.buildGraphs(m_pair, m_hulls, m_isaGjk.pass())
-               ? FaceTouch(*m_cores.a, corners, limit)
+               ? FaceTouch(*m_cores.a, corners, limit, &*m_normals)
                : face;
 }
 
@@ -365,7 +367,8 @@ void TriangleSearch::addPatch(const TriangleBatch::Triangle& triangle, const Cor
     const ContactPatch patch =
         makeWidePatch(*m_cores.a, *m_cores.b, m_touch,
                       {double(m_limit), m_limits.breakingThreshold, m_isaGjk.options().patchPoints},
-                      {m_cores.fanA ? &*m_cores.fanA : nullptr, m_cores.fanB ? &*m_cores.fanB : nullptr});
+                      {m_cores.fanA ? &*m_cores.fanA : nullptr, m_cores.fanB ? &*m_cores.fanB : nullptr},
+                      m_normals ? &*m_normals : nullptr);
     for (int i = 0; i < patch.count; ++i)
     {
         const ContactPoint& point = patch.points[static_cast<std::size_t>(i)];

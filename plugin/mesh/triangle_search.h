@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include "cullet/plugin/contact/contact_feature.h"
 #include "cullet/plugin/convex/isa_gjk_registration.h"
 #include "cullet/plugin/convex/settled_search.h"
 #include "cullet/plugin/mesh/face_touch.h"
@@ -122,8 +123,9 @@ private:
     const btScalar m_limit;
     ConvexCores m_cores;
     const double m_size;
-    const Eigen::Vector3d m_half;  ///< of a box, along the axes of the frame
-    Corners m_placed;              ///< of the triangle in m_cores
+    std::optional<NormalMap> m_normals;  ///< of the core
+    const Eigen::Vector3d m_half;        ///< of a box, along the axes of the frame
+    Corners m_placed;                    ///< of the triangle in m_cores
     Touch m_touch;
 };
 }  // namespace CULLET_PRECISION
