@@ -353,9 +353,10 @@ void TriangleBatch::dropRepeats(int i, const Eigen::Vector3d& normal, const Eige
     for (int c = 0; c < 3; ++c)
     {
         const Eigen::Vector3d &a = corners[(c + 1) % 3], edge = corners[(c + 2) % 3] - a;
-        const double length2 = edge.squaredNorm(), part = edge.dot(point - a);
-        const bool isOn = length2 > 0.0 && part >= 0.0 && part <= length2 &&
-                          (point - a - edge * (part / length2)).squaredNorm() <= noise * noise;
+        const double length2 = edge.squaredNorm();
+        // Of a corner, rounding must not decide which of its edges contain it: a triangle at an edge may rise from its end.
+        const double part = length2 > 0.0 ? std::clamp(edge.dot(point - a) / length2, 0.0, 1.0) : 0.0;
+        const bool isOn = (point - a - edge * part).squaredNorm() <= noise * noise;
         off |= unsigned(!isOn) << c;
     }
     // On one edge alone, or at the corner of two.
