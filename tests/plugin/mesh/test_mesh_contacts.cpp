@@ -297,6 +297,9 @@ TEST_P(MeshContacts, AreTheSameBitsWithAndWithoutMemory)
     EXPECT_GT(points, touching);
 }
 
+/// A length: the triangles of some soups have corners a kilometre away.
+constexpr double kLimitNoise = sizeof(btScalar) == sizeof(float) ? 3e-5 : 1e-10;
+
 TEST_P(MeshContacts, AreDeepestAndAmongThoseOfAllTriangles)
 {
     constexpr unsigned kSeed = 42;
@@ -312,14 +315,22 @@ TEST_P(MeshContacts, AreDeepestAndAmongThoseOfAllTriangles)
                 {
                     const std::vector<btManifoldPoint> all = pointsOfAllTriangles(plain, at, meshAt);
                     const btPersistentManifold& found = ours.stepFromNothing(at, meshAt);
-                    ASSERT_EQ(found.getNumContacts() > 0, !all.empty());
-                    if (all.empty())
+                    const double limit = double(found.getContactBreakingThreshold());
+                    if (found.getNumContacts() == 0 || all.empty())
+                    {
+                        // At the limit, rounding decides whether there is a contact.
+                        if (found.getNumContacts() > 0 || !all.empty())
+                        {
+                            EXPECT_NEAR(std::min(deepest(found), deepest(all)), limit, kLimitNoise);
+                        }
                         return;
+                    }
                     ++touching;
                     // Bullet's manifold replaces a point by a later one nearby, which may be less deep.
                     const bool isFilledByBullet = std::get<1>(GetParam()) == BodyKind::Cylinder;
-                    EXPECT_NEAR(deepest(found), isFilledByBullet ? deepest(plain.manifold()) : deepest(all),
-                                2e-3);
+                    const double expected = isFilledByBullet ? deepest(plain.manifold()) : deepest(all);
+                    // See MeshPoints: of the deepest points, any up to a thousandth.
+                    EXPECT_NEAR(deepest(found), expected, std::max(2e-3, 1.2e-3 * (limit - expected)));
                     for (int i = 0; i < found.getNumContacts(); ++i)
                         odd += !isOneOf(found.getContactPoint(i), all, tolerance);
                     points += found.getNumContacts();
