@@ -5,10 +5,10 @@
 #include "cullet/base/threads/parallel_loops.h"
 #include "cullet/plugin/broadphase.h"
 #include "cullet/plugin/core/dynamic_type.h"
+#include "cullet/plugin/shapes/object_box.h"
 #include "cullet/plugin/shapes/shape_boxes.h"
 #include "cullet/plugin/world_rest.h"
 
-#include <BulletCollision/NarrowPhaseCollision/btPersistentManifold.h>
 #include <BulletDynamics/Dynamics/btRigidBody.h>
 #include <LinearMath/btQuickprof.h>
 
@@ -93,6 +93,9 @@ struct WorldBoxes::Parts
     bool update(btCollisionWorld& world, BoxRule rule, WorldRest& rest);
     void compute(const Job& job, const Visited& visited);
     void finish(const Job& job, const Visited& visited);
+    double workOf(const Visited& visited) const;
+    bool isForOneThread(const Job& job, const Visited& visited) const;
+    void runInOrder(const Job& job);
     bool isSameObject(const btCollisionObject& object, std::size_t visited) const;
     void apply(const Job& job, btCollisionObject& object, SerialWork left, const Box& box);
 
@@ -116,8 +119,7 @@ public:
           objects(ofWorld.getCollisionObjectArray()),
           m_rule(rule),
           m_updatesAll(ofWorld.getForceUpdateAllAabbs()),
-          m_continuous(ofWorld.getDispatchInfo().m_useContinuous),
-          m_threshold(gContactBreakingThreshold, gContactBreakingThreshold, gContactBreakingThreshold)
+          m_objectBox(ofWorld)
     {
         btBroadphaseInterface* broadphase = ofWorld.getBroadphase();
         if (!isExactly<Broadphase>(*broadphase))
@@ -161,6 +163,16 @@ public:
         set(object, box);
     }
 
+    /// Updates an object with the same calls as Bullet, if Bullet does. @return whether it does
+    bool updateAsBullet(btCollisionObject& object) const
+    {
+        const bool isUpdated =
+            m_rule == BoxRule::Collision ? m_updatesAll || object.isActive() : isUpdatedSimply(object);
+        if (isUpdated)
+            updateSerially(object);
+        return isUpdated;
+    }
+
     void set(btCollisionObject& object, const Box& box) const
     {
         world.getBroadphase()->setAabb(object.getBroadphaseHandle(), box.min, box.max, world.getDispatcher());
@@ -170,48 +182,32 @@ public:
     const btCollisionObjectArray& objects;
 
 private:
-    /// btCollisionWorld::updateSingleAabb() up to the computed box. Oversized boxes are left to that function, since it
-    /// deactivates the body and prints a warning.
     SerialWork compute(const btCollisionObject& object, Box& box, ShapeBoxes& shapes) const
     {
         if (!m_updatesAll && !object.isActive())
             return SerialWork::Nothing;
-        const btCollisionShape& shape = *object.getCollisionShape();
-        if (!shapes.compute(shape, object.getWorldTransform(), box.min, box.max))
-            return SerialWork::WholeUpdate;
-        grow(box);
-        if (m_continuous && object.getInternalType() == btCollisionObject::CO_RIGID_BODY &&
-            !object.isStaticOrKinematicObject())
-        {
-            Box predicted;
-            shapes.compute(shape, object.getInterpolationWorldTransform(), predicted.min, predicted.max);
-            grow(predicted);
-            box.min.setMin(predicted.min);
-            box.max.setMax(predicted.max);
-        }
-        const bool isUsual = object.isStaticObject() || (box.max - box.min).length2() < btScalar(1e12);
-        return isUsual ? SerialWork::Set : SerialWork::WholeUpdate;
+        return m_objectBox.compute(object, shapes, box.min, box.max) ? SerialWork::Set
+                                                                     : SerialWork::WholeUpdate;
+    }
+
+    /// Whether btSimpleDynamicsWorld sets the box of an object.
+    static bool isUpdatedSimply(const btCollisionObject& object)
+    {
+        return btRigidBody::upcast(&object) != nullptr && object.isActive() && !object.isStaticObject();
     }
 
     static SerialWork computeSimple(const btCollisionObject& object, Box& box, ShapeBoxes& shapes)
     {
-        if (btRigidBody::upcast(&object) == nullptr || !object.isActive() || object.isStaticObject())
+        if (!isUpdatedSimply(object))
             return SerialWork::Nothing;
         const btCollisionShape& shape = *object.getCollisionShape();
         return shapes.compute(shape, object.getWorldTransform(), box.min, box.max) ? SerialWork::Set
                                                                                    : SerialWork::WholeUpdate;
     }
 
-    void grow(Box& box) const
-    {
-        box.min -= m_threshold;
-        box.max += m_threshold;
-    }
-
     BoxRule m_rule;
     bool m_updatesAll;
-    bool m_continuous;
-    btVector3 m_threshold;
+    ObjectBox m_objectBox;
     Broadphase* m_own = nullptr;                   ///< null: another broad phase
     Broadphase* m_concurrentBroadphase = nullptr;  ///< null: the calling thread sets the boxes
 };
@@ -255,8 +251,21 @@ void WorldBoxes::Parts::compute(const Job& job, const Visited& visited)
     };
     // More tasks than threads, since the cost varies between shapes.
     const auto tasks = static_cast<unsigned>((count + kGrain - 1) / kGrain);
-    const double work = kCostOfObject * double(count) + kCostOfSetBox * double(stats.parallelBoxes);
-    workers->runRegion(work, [&] { workers->run(tasks, runTask); });
+    workers->runRegion(workOf(visited), [&] { workers->run(tasks, runTask); });
+}
+
+/// Nanoseconds.
+double WorldBoxes::Parts::workOf(const Visited& visited) const
+{
+    return kCostOfObject * double(visited.size()) +
+           kCostOfSetBox * double(stats.parallelBoxes + stats.serialBoxes);
+}
+
+/// Whether the calling thread would compute all boxes, and set them.
+bool WorldBoxes::Parts::isForOneThread(const Job& job, const Visited& visited) const
+{
+    return !job.setsConcurrently() && visited.areAll() &&
+           (workers->threads() == 1 || workOf(visited) < 2 * ParallelLoops::workPerThread);
 }
 
 bool WorldBoxes::Parts::update(btCollisionWorld& world, BoxRule rule, WorldRest& rest)
@@ -267,6 +276,12 @@ bool WorldBoxes::Parts::update(btCollisionWorld& world, BoxRule rule, WorldRest&
     const Job job(world, rule);
     const Visited visited(rule == BoxRule::Collision ? rest.forBoxes(world) : nullptr,
                           world.getNumCollisionObjects());
+    if (isForOneThread(job, visited))
+    {
+        runInOrder(job);
+        rest.forget();
+        return true;
+    }
     try
     {
         compute(job, visited);
@@ -312,6 +327,19 @@ void WorldBoxes::Parts::finish(const Job& job, const Visited& visited)
         ShapeBoxes shapes;
         const SerialWork left = job.run(object, box, shapes);
         apply(job, object, left, box);
+    }
+}
+
+/// As Bullet's loop, with objects and proxies read ahead: callbacks of a broad phase may change all.
+void WorldBoxes::Parts::runInOrder(const Job& job)
+{
+    const Visited all(nullptr, job.objects.size());
+    stats = {};
+    for (int i = 0; i < job.objects.size(); ++i)
+    {
+        if (job.objects.size() == all.objects())
+            prefetchAhead(job.objects, all, std::size_t(i));
+        stats.serialBoxes += job.updateAsBullet(*job.objects[i]);
     }
 }
 

@@ -44,7 +44,7 @@ struct WorldBoxesStats
 ///
 /// The threads call setAabb() of a cullet::Broadphase directly while it has no ghosts. Any other broad phase is called
 /// from the calling thread only, by ascending index, as by Bullet. Its callbacks may then add and remove objects;
-/// objects after the first changed index are handled one by one, as by Bullet.
+/// objects after the first changed index are handled one by one, as by Bullet. On one thread all are.
 class CULLET_API WorldBoxes
 {
 public:

@@ -250,6 +250,22 @@ TEST(ParallelWorlds, SetBoxesInBulletsOrderForAnyBroadphase)
     EXPECT_EQ(history<Discrete::Parallel>(makeSweep(), 3), sweep);
 }
 
+TEST(ParallelWorlds, SetBoxesAsBulletForAnotherBroadphaseOnOneThread)
+{
+    Discrete::Serial bullet(std::make_unique<btDbvtBroadphase>());
+    Discrete::Parallel own(std::make_unique<btDbvtBroadphase>());
+    Crowd inBullet(bullet.world), inOwn(own.world);
+    own.world.setUpdateThreads(1);
+    for (int step = 0; step < kSteps; ++step)
+    {
+        bullet.world.stepSimulation(btScalar(1) / 60, 0, btScalar(1) / 60);
+        own.world.stepSimulation(btScalar(1) / 60, 0, btScalar(1) / 60);
+        ASSERT_EQ(hashOfWorld(own.world), hashOfWorld(bullet.world)) << step;
+    }
+    EXPECT_EQ(own.world.updateStats().parallelBoxes, 0u);
+    EXPECT_EQ(own.world.updateStats().serialBoxes, std::uint64_t(own.world.getNumCollisionObjects()));
+}
+
 /// A world with a crowd and a ghost, whose pairs appear in the order in which boxes are set.
 template <class StageT>
 std::vector<std::uint64_t> historyWithGhost()
