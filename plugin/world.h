@@ -86,8 +86,8 @@ public:
     /// Statistics of the last step, if Base inherits the loops over bodies from btDiscreteDynamicsWorld.
     const WorldBodiesStats& bodyStats() const { return this->stepParts().bodies.stats(); }
 
-    /// Statistics of the last step: the static objects at rest, and how often all objects were visited. With at least 512
-    /// objects and a cullet::Broadphase.
+    /// Statistics of the last step: the static objects at rest and the sleeping bodies, and how often all objects were
+    /// visited. With at least 512 objects and a cullet::Broadphase.
     const WorldRestStats& restStats() const { return this->stepParts().rest.stats(); }
 
     /// Statistics of the last step with setSpeculation() above 0.

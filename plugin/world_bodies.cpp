@@ -3,6 +3,7 @@
 #include "cullet/plugin/world_bodies.h"
 
 #include "cullet/base/threads/parallel_loops.h"
+#include "cullet/plugin/step/awake_bodies.h"
 #include "cullet/plugin/step/prefetch_step.h"
 #include "cullet/plugin/step/split_impulse_row.h"
 
@@ -78,13 +79,26 @@ void updateState(btRigidBody& body)
 
 struct WorldBodies::Parts
 {
-    /// Calls body(body) for each body, in any order on any thread.
+    /// Calls body(index, body) for each body that has to be visited, in any order on any thread.
     ///
     /// @param cost nanoseconds of a body
     template <class Prefetch, class Body>
     void forEach(Bodies& bodies, double cost, const Prefetch& prefetch, const Body& body)
     {
-        const int count = bodies.size();
+        if (const Array<int>* const indices = awake.indices(bodies))
+            forEachOf(
+                bodies, static_cast<int>(indices->size()),
+                [indices](int i) { return (*indices)[static_cast<std::size_t>(i)]; }, cost, prefetch, body);
+        else
+            forEachOf(
+                bodies, bodies.size(), [](int i) { return i; }, cost, prefetch, body);
+    }
+
+    /// forEach() for those of some indices.
+    template <class IndexOf, class Prefetch, class Body>
+    void forEachOf(Bodies& bodies, int count, const IndexOf& indexOf, double cost, const Prefetch& prefetch,
+                   const Body& body)
+    {
         if (count == 0)
             return;
         btRigidBody** const first = &bodies[0];
@@ -96,18 +110,24 @@ struct WorldBodies::Parts
             for (int i = begin; i < end; ++i)
             {
                 if (i + kAhead < count)
-                    prefetch(first[i + kAhead]);
-                body(first[i]);
+                    prefetch(first[indexOf(i + kAhead)]);
+                body(indexOf(i), *first[indexOf(i)]);
             }
         };
-        const unsigned tasks = static_cast<unsigned>(count - 1) / kBodyGrain + 1;
+        runTasks(static_cast<unsigned>(count - 1) / kBodyGrain + 1, cost * double(count), runTask);
+    }
+
+    /// @param work nanoseconds of all tasks
+    template <class Task>
+    void runTasks(unsigned tasks, double work, const Task& task)
+    {
         if (isReady())
         {
-            workers->runRegion(cost * double(count), [&] { workers->run(tasks, runTask); });
+            workers->runRegion(work, [&] { workers->run(tasks, task); });
             return;
         }
-        for (unsigned task = 0; task < tasks; ++task)
-            runTask(task);
+        for (unsigned i = 0; i < tasks; ++i)
+            task(i);
     }
 
     /// Whether loops can run on several threads: the first one allocates memory.
@@ -131,6 +151,7 @@ struct WorldBodies::Parts
 
     std::unique_ptr<ParallelLoops> workers = std::make_unique<ParallelLoops>(0);
     bool ready = false;
+    AwakeBodies awake;
     WorldBodiesStats stats;
 };
 
@@ -147,6 +168,57 @@ void WorldBodies::setThreads(int threads)
 const WorldBodiesStats& WorldBodies::stats() const
 {
     return m->stats;
+}
+
+void WorldBodies::listAwake(Bodies& bodies, btScalar timeStep)
+{
+    if (m->awake.areKnown())
+        return;
+    m->awake.forget();
+    if (areFew(bodies))
+        return;
+    try
+    {
+        if (!m->awake.begin(bodies, timeStep))
+            return;
+        m->runTasks(static_cast<unsigned>(bodies.size() - 1) / AwakeBodies::kGrain + 1,
+                    m->awake.costOfSearch(bodies.size()),
+                    [&](unsigned task) { m->awake.examine(bodies, task); });
+        m->awake.end(bodies);
+    }
+    catch (const std::bad_alloc&)
+    {
+        m->awake.forget();
+    }
+}
+
+bool WorldBodies::sleepersStay() const
+{
+    return m->awake.sleepersStay();
+}
+
+void WorldBodies::forgetAwake()
+{
+    m->awake.forget();
+}
+
+void WorldBodies::suspendAwake()
+{
+    m->awake.suspend();
+}
+
+void WorldBodies::resumeAwake()
+{
+    m->awake.resume();
+}
+
+bool WorldBodies::haveNoMotionState(const Bodies& bodies) const
+{
+    const Array<int>* const indices = m->awake.indices(bodies);
+    return indices != nullptr &&
+           std::none_of(indices->begin(), indices->end(),
+                        [&](int i)
+                        { return bodies[i]->isActive() && bodies[i]->getMotionState() != nullptr; });
 }
 
 bool WorldBodies::saveKinematicState(btCollisionObjectArray& objects, btScalar timeStep,
@@ -179,17 +251,17 @@ bool WorldBodies::saveKinematicState(btCollisionObjectArray& objects, btScalar t
 bool WorldBodies::applyGravityToMany(Bodies& bodies)
 {
     m->forEach(bodies, kCostOfForce, prefetchForces,
-               [](btRigidBody* body)
+               [](int, btRigidBody& body)
                {
-                   if (body->isActive())
-                       body->applyGravity();
+                   if (body.isActive())
+                       body.applyGravity();
                });
     return true;
 }
 
 bool WorldBodies::clearForcesOfMany(Bodies& bodies)
 {
-    m->forEach(bodies, kCostOfForce, prefetchForces, [](btRigidBody* body) { body->clearForces(); });
+    m->forEach(bodies, kCostOfForce, prefetchForces, [](int, btRigidBody& body) { body.clearForces(); });
     return true;
 }
 
@@ -197,17 +269,18 @@ bool WorldBodies::predictMotionOfMany(Bodies& bodies, btScalar timeStep)
 {
     BT_PROFILE("predictUnconstraintMotion");
     m->forEach(bodies, kCostOfPrediction, prefetchWhole,
-               [timeStep](btRigidBody* body)
+               [this, timeStep](int index, btRigidBody& body)
                {
-                   if (body->isStaticOrKinematicObject())
+                   if (body.isStaticOrKinematicObject())
                        return;
-                   body->applyDamping(timeStep);
-                   body->predictIntegratedTransform(timeStep, body->getInterpolationWorldTransform());
+                   body.applyDamping(timeStep);
+                   body.predictIntegratedTransform(timeStep, body.getInterpolationWorldTransform());
+                   m->awake.note(index, body);
                });
     return true;
 }
 
-/// Whether Bullet may sweep some body; sets the hit fractions of all of them.
+/// Whether Bullet may sweep some body; sets the hit fractions of all of them. Bodies at rest have theirs, and are not swept.
 bool WorldBodies::Parts::hasThreshold(Bodies& bodies)
 {
     if (areFew(bodies))
@@ -222,10 +295,10 @@ bool WorldBodies::Parts::hasThreshold(Bodies& bodies)
     }
     std::atomic<bool> hasAny{false};
     forEach(bodies, kCostOfThreshold, prefetchStateAndThreshold,
-            [&hasAny](btRigidBody* body)
+            [&hasAny](int, btRigidBody& body)
             {
-                body->setHitFraction(1);
-                if (body->getCcdSquareMotionThreshold() != btScalar(0))
+                body.setHitFraction(1);
+                if (body.getCcdSquareMotionThreshold() != btScalar(0))
                     hasAny.store(true, std::memory_order_relaxed);
             });
     return hasAny.load(std::memory_order_relaxed);
@@ -234,6 +307,8 @@ bool WorldBodies::Parts::hasThreshold(Bodies& bodies)
 void WorldBodies::sweep(Bodies& bodies, const RangeFunction& sweep)
 {
     m->stats = {};
+    if (m->awake.indices(bodies) != nullptr)
+        m->stats.restingBodies = m->awake.resting();
     if (!m->hasThreshold(bodies))
         return;
     for (int i = 0; i < bodies.size(); ++i)
@@ -253,9 +328,25 @@ bool WorldBodies::integrateMany(Bodies& bodies, const RangeFunction& integrate)
         integrate(&bodies[0], bodies.size());
         return true;
     }
-    m->forEach(bodies, kCostOfIntegration, prefetchWhole, [&](btRigidBody* body) { integrate(&body, 1); });
-    const bool isParallel = kCostOfIntegration * bodies.size() >= 2 * ParallelLoops::workPerThread;
-    m->stats.parallelBodies = isParallel && m->workers->threads() > 1 ? std::uint64_t(bodies.size()) : 0;
+    // Of other bodies Bullet's function sets the hit fraction only, which is set.
+    const auto prefetch = [mostSleep = m->awake.mostSleep()](const void* body)
+    {
+        if (mostSleep)
+            prefetchState(body);
+        else
+            prefetchWhole(body);
+    };
+    m->forEach(bodies, kCostOfIntegration, prefetch,
+               [&](int, btRigidBody& body)
+               {
+                   btRigidBody* one = &body;
+                   if (body.isActive() && !body.isStaticOrKinematicObject())
+                       integrate(&one, 1);
+               });
+    const Array<int>* const awake = m->awake.indices(bodies);
+    const std::uint64_t visited = awake != nullptr ? awake->size() : std::uint64_t(bodies.size());
+    const bool isParallel = kCostOfIntegration * double(visited) >= 2 * ParallelLoops::workPerThread;
+    m->stats.parallelBodies = isParallel && m->workers->threads() > 1 ? visited : 0;
     return true;
 }
 
@@ -265,12 +356,10 @@ bool WorldBodies::updateActivationOfMany(Bodies& bodies, btScalar timeStep)
         return false;
     BT_PROFILE("updateActivationState");
     m->forEach(bodies, kCostOfActivation, prefetchForces,
-               [timeStep](btRigidBody* body)
+               [timeStep](int, btRigidBody& body)
                {
-                   if (body == nullptr)
-                       return;
-                   body->updateDeactivation(timeStep);
-                   updateState(*body);
+                   body.updateDeactivation(timeStep);
+                   updateState(body);
                });
     return true;
 }

@@ -24,6 +24,9 @@ struct WorldBodiesStats
 {
     std::uint64_t parallelBodies = 0;  ///< bodies whose transforms were integrated on several threads
     std::uint64_t sweptBodies = 0;     ///< bodies with a CCD threshold, which Bullet's own functions handle
+    /// Sleeping bodies that were compared, and then visited by no loop before contacts. Nor by one after them, if all bodies
+    /// slept and no code of the application could run.
+    std::uint64_t restingBodies = 0;
 };
 
 /// The loops of a btDiscreteDynamicsWorld over its bodies, on several threads where there are enough bodies; a part of
@@ -64,6 +67,26 @@ public:
     /// the same bits. WorldIslands compares the objects of the world with it. Tests lower it for the whole program, between
     /// steps.
     static inline int fewBodies = 256;
+
+    /// Lists the bodies that the loops have to visit, unless they are listed: those that are awake, and sleeping ones that a
+    /// loop would change. It is for worlds in which each loop is this class's (step/awake_bodies.h says how it works).
+    ///
+    /// Each sleeping body is compared once, some 20 ns. Without memory, or with as few bodies that Base's own loops run, all
+    /// are visited.
+    void listAwake(Bodies& bodies, btScalar timeStep);
+
+    /// Whether the loops would change no sleeping body at all. False if that is unknown.
+    bool sleepersStay() const;
+
+    /// Code of the application runs, or has run: it may have changed any body.
+    void forgetAwake();
+
+    /// Code of the application runs from here on, unless resumeAwake() is called.
+    void suspendAwake();
+    void resumeAwake();
+
+    /// Whether btDiscreteDynamicsWorld::synchronizeMotionStates() would call no motion state. False if that is unknown.
+    bool haveNoMotionState(const Bodies& bodies) const;
 
     /// As btDiscreteDynamicsWorld::saveKinematicState(), on the calling thread.
     ///

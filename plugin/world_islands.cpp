@@ -46,6 +46,7 @@ struct WorldIslands::Parts
     void solveGroup(btConstraintSolver& solver, const Step& step, const IslandGroup& group);
 
     bool hasThreadSafeProfiler = false;
+    bool areKept = false;  ///< the islands of this step are those of the last one, and all of them sleep
     std::unique_ptr<ParallelLoops> workers = std::make_unique<ParallelLoops>(0);
     std::vector<std::unique_ptr<WorkerSolver>> solvers;  ///< [thread]
     IslandSearch search;
@@ -91,12 +92,19 @@ bool isLittleWork(const WorldIslands::Step& step)
                                step.info.m_numIterations) < 2 * ParallelLoops::workPerThread;
 }
 
-/// Whether Bullet would change neither a body nor a joint: the islands are as they are, and the solver has no rows.
-bool isAtRest(const WorldIslands::Step& step)
+/// Whether Bullet's solver does nothing while all bodies sleep.
+bool needsBodies(const WorldIslands::Step& step)
 {
     // With them, Bullet's solver ends after the first iteration of nothing.
     const bool hasUsualEnd = step.info.m_numIterations > 0 && step.info.m_leastSquaresResidualThreshold >= 0;
-    if (step.joints.size() != 0 || !hasUsualEnd || !step.manager.getSplitIslands())
+    return step.joints.size() == 0 && hasUsualEnd && step.manager.getSplitIslands() &&
+           isExactly<btSequentialImpulseConstraintSolver>(step.solver);
+}
+
+/// Whether Bullet would change neither a body nor a joint: the islands are as they are, and the solver has no rows.
+bool isAtRest(const WorldIslands::Step& step)
+{
+    if (!needsBodies(step))
         return false;
     constexpr int kMobility = btCollisionObject::CF_STATIC_OBJECT | btCollisionObject::CF_KINEMATIC_OBJECT;
     const btCollisionObjectArray& objects = step.world.getCollisionObjectArray();
@@ -151,6 +159,7 @@ bool WorldIslands::find(btCollisionWorld& world, btSimulationIslandManager& mana
                         const btAlignedObjectArray<btPersistentManifold*>& predictive, const Joints& joints,
                         const Array<int>* restless)
 {
+    m->areKept = false;
     if (areFew(world, joints))
         return false;
     try
@@ -166,9 +175,24 @@ bool WorldIslands::find(btCollisionWorld& world, btSimulationIslandManager& mana
     return true;
 }
 
+bool WorldIslands::canKeep(const Step& step, const btAlignedObjectArray<btPersistentManifold*>& predictive)
+{
+    return needsBodies(step) && predictive.size() == 0 && isExactly<btSimulationIslandManager>(step.manager);
+}
+
+void WorldIslands::keep()
+{
+    BT_PROFILE("calculateSimulationIslands");
+    m->areKept = true;
+}
+
 bool WorldIslands::solve(const Step& step)
 {
-    return m->solve(step);
+    if (!m->areKept)
+        return m->solve(step);
+    m->areKept = false;
+    m->stats = {};
+    return m->skipSolver(step);
 }
 
 bool WorldIslands::Parts::solve(const Step& step)

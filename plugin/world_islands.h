@@ -29,7 +29,7 @@ enum class SerialIslands : std::uint8_t
 {
     No,          ///< several threads solved them
     FewThreads,  ///< one thread is allowed
-    AtRest,      ///< few bodies, all asleep, and no joint: the solver was not called, which changes nothing
+    AtRest,      ///< all bodies asleep, and no joint: the solver was not called, which changes nothing
     FewBodies,  ///< Base solved the islands: few objects and joints (WorldBodies::fewBodies), and little work
     LittleWork,  ///< too little work for a second thread, or nearly all of it in one task
     NotSplit,    ///< setSplitIslands(false): Base solves all bodies together
@@ -102,6 +102,13 @@ public:
     bool find(btCollisionWorld& world, btSimulationIslandManager& manager,
               const btAlignedObjectArray<btPersistentManifold*>& predictive, const Joints& joints,
               const Array<int>* restless);
+
+    /// Whether neither the search for islands nor the solver would do anything if all bodies slept in the islands that they
+    /// have: there is no joint, no predictive contact and no class of the application.
+    static bool canKeep(const Step& step, const btAlignedObjectArray<btPersistentManifold*>& predictive);
+
+    /// In place of find(), if canKeep() and they do: solve() will not call the solver.
+    void keep();
 
     /// Lets custom profile functions be called on any thread. By default one thread solves all islands while there are
     /// some, since a profiler was written for Bullet's one thread.

@@ -59,7 +59,15 @@ class Origins : public Base
     template <class B>
     static auto internalStep(int) -> decltype(&B::internalSingleStepSimulation);
     template <class B>
+    static auto motionStates(int) -> decltype(&B::synchronizeMotionStates);
+    template <class B>
+    static auto wholeStep(int) -> decltype(&B::stepSimulation);
+    template <class B>
     static auto ray(int) -> decltype(&B::rayTest);
+    template <class B>
+    static void motionStates(...);
+    template <class B>
+    static void wholeStep(...);
     template <class B>
     static void ray(...);
     template <class B>
@@ -105,6 +113,15 @@ public:
         return detectsAsBullet() && std::is_same_v<decltype(internalStep<Origins>(0)), Step> &&
                appliesGravity() && clearsForces() && predicts() && sweeps();
     }
+    static constexpr bool synchronizes() { return std::is_same_v<decltype(motionStates<Origins>(0)), All>; }
+    /// Whether all loops over bodies are a layer's, and all between them is a layer's or Bullet's own.
+    static constexpr bool stepsAsBullet()
+    {
+        using WholeStep = int (btDiscreteDynamicsWorld::*)(btScalar, int, btScalar);
+        return std::is_same_v<decltype(wholeStep<Origins>(0)), WholeStep> && startsAsBullet() &&
+               savesKinematic() && findsIslands() && solves() && integrates() && activates() &&
+               synchronizes();
+    }
     static constexpr bool testsRays() { return std::is_same_v<decltype(ray<Origins>(0)), Ray>; }
     static constexpr bool activates() { return std::is_same_v<decltype(activate<Origins>(0)), Step>; }
 };
@@ -120,6 +137,13 @@ struct StepParts
     /// Whether the step began with few objects and joints: then the layers leave what they can to Base, without a call of
     /// another library. Callbacks may add many, which only makes the step slower.
     bool areFew = false;
+
+    /// Code of the application runs, or has run.
+    void forgetRest()
+    {
+        rest.forget();
+        bodies.forgetAwake();
+    }
 };
 
 /// Base with its StepParts. Another class that has their functions may keep them elsewhere.
@@ -147,6 +171,7 @@ public:
 protected:
     static constexpr bool kDetectsAsBullet = Origins<Base>::detectsAsBullet();
     static constexpr bool kStartsAsBullet = Origins<Base>::startsAsBullet();
+    static constexpr bool kStepsAsBullet = Origins<Base>::stepsAsBullet();
 
     /// Whether no class of the application derives from World and replaces functions of it. False without RTTI.
     bool isWorldItself() const
@@ -157,6 +182,24 @@ protected:
         return false;
 #endif
     }
+
+    /// Lists the bodies that the loops have to visit; no code of the application runs before the next one of them.
+    void listAwake(btScalar timeStep)
+    {
+        if (kStepsAsBullet && isWorldItself())
+            this->stepParts().bodies.listAwake(this->m_nonStaticRigidBodies, timeStep);
+    }
+
+    WorldIslands::Step islandsOf(btContactSolverInfo& info)
+    {
+        return {*this,
+                *this->m_islandManager,
+                *this->m_constraintSolver,
+                info,
+                this->getDebugDrawer(),
+                this->m_constraints,
+                this->m_sortedConstraints};
+    }
 };
 
 template <class Next>
@@ -166,10 +209,15 @@ public:
     using Next::Next;
     void solveConstraints(btContactSolverInfo& info) override
     {
-        if (!this->stepParts().islands.solve({*this, *this->m_islandManager, *this->m_constraintSolver, info,
-                                              this->getDebugDrawer(), this->m_constraints,
-                                              this->m_sortedConstraints}))
+        if (!this->stepParts().islands.solve(this->islandsOf(info)))
             Next::solveConstraints(info);
+        if (this->stepParts().areFew)
+            return;
+        // Islands wake bodies, and solvers and joints may be the application's.
+        if (this->stepParts().islands.stats().serial == SerialIslands::AtRest)
+            this->stepParts().bodies.resumeAwake();
+        else
+            this->stepParts().bodies.forgetAwake();
     }
 };
 
@@ -186,12 +234,20 @@ protected:
             return Next::calculateSimulationIslands();
         const bool isQuiet =
             Next::kDetectsAsBullet && this->stepParts().rest.isKnown() && this->isWorldItself();
+        StepParts& parts = this->stepParts();
         if (!isQuiet)
-            this->stepParts().rest.forget();
-        if (!this->stepParts().islands.find(*this, *this->m_islandManager, this->m_predictiveManifolds,
-                                            this->m_constraints,
-                                            this->stepParts().rest.takeForIslands(*this)))
+            parts.rest.forget();
+        const WorldRest::Indices* const restless = parts.rest.takeForIslands(*this);
+        const bool allSleep =
+            Next::kStepsAsBullet && parts.rest.allSleep() &&
+            WorldIslands::canKeep(this->islandsOf(this->getSolverInfo()), this->m_predictiveManifolds);
+        if (allSleep && parts.rest.keepsIslands(*this))
+            return parts.islands.keep();
+        if (!parts.islands.find(*this, *this->m_islandManager, this->m_predictiveManifolds,
+                                this->m_constraints, restless))
             Next::calculateSimulationIslands();
+        else if (allSleep)
+            parts.rest.noteIslands(*this);
     }
 };
 
@@ -222,6 +278,7 @@ public:
         this->stepParts().rest.forget();
         if (!this->stepParts().bodies.clearForces(this->m_nonStaticRigidBodies))
             Next::clearForces();
+        this->stepParts().bodies.forgetAwake();
     }
 };
 
@@ -236,11 +293,20 @@ protected:
     {
         if (beginsWithFew())
             return Next::saveKinematicState(timeStep);
-        const bool isQuiet = Next::kStartsAsBullet && WorldRest::serves(*this) &&
-                             this->m_internalPreTickCallback == nullptr && this->isWorldItself();
-        const WorldRest::Indices* const restless = this->stepParts().rest.begin(*this, isQuiet);
-        if (this->stepParts().bodies.saveKinematicState(this->m_collisionObjects, timeStep, restless))
-            this->stepParts().rest.forget();
+        StepParts& parts = this->stepParts();
+        const bool hasCallback = this->m_internalPreTickCallback != nullptr;
+        parts.bodies.forgetAwake();
+        if (!hasCallback)
+            this->listAwake(timeStep);
+        const bool isQuiet =
+            Next::kStartsAsBullet && WorldRest::serves(*this) && !hasCallback && this->isWorldItself();
+        const WorldRest::Indices* const restless =
+            parts.rest.begin(*this, isQuiet, parts.bodies.sleepersStay());
+        parts.bodies.suspendAwake();
+        if (parts.bodies.saveKinematicState(this->m_collisionObjects, timeStep, restless))
+            parts.forgetRest();
+        else
+            parts.bodies.resumeAwake();
     }
 
 private:
@@ -250,7 +316,10 @@ private:
         const bool wereFew = parts.areFew;
         parts.areFew = WorldIslands::areFew(*this, this->m_constraints);
         if (parts.areFew && !wereFew)
-            parts.rest.begin(*this, false);
+        {
+            parts.rest.begin(*this, false, false);
+            parts.bodies.forgetAwake();
+        }
         return parts.areFew;
     }
 };
@@ -266,6 +335,7 @@ protected:
     {
         if (this->stepParts().areFew)
             return Next::predictUnconstraintMotion(timeStep);
+        this->listAwake(timeStep);
         if (!this->stepParts().bodies.predictMotion(this->m_nonStaticRigidBodies, timeStep))
             Next::predictUnconstraintMotion(timeStep);
     }
@@ -284,21 +354,24 @@ protected:
         // Contacts that are released and sweeps call the application.
         if (this->m_predictiveManifolds.size() > 0)
         {
-            this->stepParts().rest.forget();
+            this->stepParts().forgetRest();
             this->releasePredictiveContacts();
         }
         const auto sweep = [&](btRigidBody** bodies, int count)
         {
-            this->stepParts().rest.forget();
+            this->stepParts().forgetRest();
             this->createPredictiveContactsInternal(bodies, count, timeStep);
         };
         this->stepParts().bodies.sweep(this->m_nonStaticRigidBodies, WorldBodies::RangeFunction(sweep));
         if (this->stepParts().speculation.isOn())
         {
-            this->stepParts().rest.forget();
+            this->stepParts().forgetRest();
             this->stepParts().speculation.find(*this, this->m_nonStaticRigidBodies,
                                                this->m_predictiveManifolds, timeStep);
         }
+        // Contacts and solvers may call the application.
+        if (!this->stepParts().areFew)
+            this->stepParts().bodies.suspendAwake();
     }
 };
 
@@ -320,6 +393,9 @@ protected:
             !this->stepParts().bodies.integrate(this->m_nonStaticRigidBodies,
                                                 WorldBodies::RangeFunction(integrate)))
             Next::integrateTransforms(timeStep);
+        // They follow.
+        if (this->m_actions.size() > 0)
+            this->stepParts().bodies.forgetAwake();
     }
 };
 
@@ -336,6 +412,26 @@ protected:
             return Next::updateActivationState(timeStep);
         if (!this->stepParts().bodies.updateActivation(this->m_nonStaticRigidBodies, timeStep))
             Next::updateActivationState(timeStep);
+        // One follows, or the other begins the next inner step.
+        if (this->m_internalTickCallback != nullptr || this->m_internalPreTickCallback != nullptr)
+            this->stepParts().bodies.forgetAwake();
+    }
+};
+
+template <class Next>
+class Synchronizing : public Next
+{
+public:
+    using Next::Next;
+    void synchronizeMotionStates() override
+    {
+        if (this->stepParts().areFew)
+            return Next::synchronizeMotionStates();
+        if (!this->getSynchronizeAllMotionStates() &&
+            this->stepParts().bodies.haveNoMotionState(this->m_nonStaticRigidBodies))
+            return;
+        this->stepParts().bodies.forgetAwake();
+        Next::synchronizeMotionStates();
     }
 };
 
@@ -369,7 +465,8 @@ struct Stack
     using Sweeps = If<Sweeping, Predicts, Asked::sweeps()>;
     using Integrates = If<Integrating, Sweeps, Asked::integrates()>;
     using Activates = If<Activating, Integrates, Asked::activates()>;
-    using All = If<TestingRays, Activates, Asked::testsRays()>;
+    using Synchronizes = If<Synchronizing, Activates, Asked::stepsAsBullet()>;
+    using All = If<TestingRays, Synchronizes, Asked::testsRays()>;
 };
 }  // namespace world_layers
 }  // namespace CULLET_PRECISION

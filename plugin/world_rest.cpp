@@ -8,13 +8,13 @@
 #include "cullet/plugin/core/dynamic_type.h"
 #include "cullet/plugin/pair_cache/pair_cache.h"
 #include "cullet/plugin/proxies/proxy_pool.h"
+#include "cullet/plugin/shapes/object_box.h"
 #include "cullet/plugin/shapes/shape_boxes.h"
 #include "cullet/plugin/step/prefetch_step.h"
 #include "cullet/plugin/step/static_mark.h"
 #include "cullet/plugin/world_boxes.h"
 
 #include <BulletCollision/CollisionDispatch/btCollisionWorld.h>
-#include <BulletCollision/NarrowPhaseCollision/btPersistentManifold.h>
 
 #include <algorithm>
 #include <new>
@@ -51,36 +51,91 @@ bool keepsEqualBoxes(btCollisionWorld& world)
     return broadphase != nullptr && isExactly<Broadphase>(*broadphase);
 }
 
+/// Whether an object needs a visit.
+enum class Visit : std::uint8_t
+{
+    Needed,
+    Asleep,  ///< a sleeping body: not for its box, but it has an island
+    Static   ///< none
+};
+
+/// Whether pairs of an object unite islands, and with which island.
+struct IslandMark
+{
+    explicit IslandMark(const btCollisionObject& of)
+        : object(&of), island(of.getIslandTag()), merges(of.mergesSimulationIslands())
+    {
+    }
+    IslandMark() = default;
+    bool operator==(const IslandMark& other) const
+    {
+        return object == other.object && island == other.island && merges == other.merges;
+    }
+
+    const btCollisionObject* object = nullptr;  ///< null: no body that sleeps
+    int island = 0;
+    bool merges = false;
+};
+
 /// What a search needs to know of its world.
 struct Search
 {
-    explicit Search(btCollisionWorld& world)
+    Search(btCollisionWorld& world, bool sleepersDoStay, const Array<IslandMark>& itsMarks)
         : objects(world.getCollisionObjectArray()),
           updatesAll(world.getForceUpdateAllAabbs()),
-          threshold(gContactBreakingThreshold, gContactBreakingThreshold, gContactBreakingThreshold)
+          sleepersStay(sleepersDoStay),
+          objectBox(world),
+          marks(itsMarks.size() == static_cast<std::size_t>(objects.size()) ? itsMarks.data() : nullptr)
     {
     }
 
-    /// Whether the loops of a step would leave an object as it is.
-    [[gnu::always_inline]] inline bool isAtRest(const btCollisionObject& object, ShapeBoxes& shapes) const
+    /// Which loops of a step would leave an object as it is.
+    [[gnu::always_inline]] inline Visit visitOf(const btCollisionObject& object, ShapeBoxes& shapes) const
     {
         constexpr int kMobility =
             btCollisionObject::CF_STATIC_OBJECT | btCollisionObject::CF_KINEMATIC_OBJECT;
-        if ((object.getCollisionFlags() & kMobility) != btCollisionObject::CF_STATIC_OBJECT ||
-            !isMarkedAsStatic(object))
+        const int mobility = object.getCollisionFlags() & kMobility;
+        if (mobility == btCollisionObject::CF_STATIC_OBJECT)
+            return isMarkedAsStatic(object) && keepsBox(object, shapes) ? Visit::Static : Visit::Needed;
+        const bool sleeps = sleepersStay && mobility == 0 && object.getActivationState() == ISLAND_SLEEPING &&
+                            object.getInternalType() == btCollisionObject::CO_RIGID_BODY;
+        return sleeps && keepsBox(object, shapes) ? Visit::Asleep : Visit::Needed;
+    }
+
+    /// Whether an object that needs no visit has the marks of the islands that were noted.
+    bool isMarked(std::size_t index, Visit visit) const
+    {
+        const btCollisionObject& object = *objects[static_cast<int>(index)];
+        if (marks == nullptr || visit == Visit::Needed)
             return false;
-        if (!updatesAll && !object.isActive())
-            return true;
-        btVector3 min, max;
-        if (!shapes.compute(*object.getCollisionShape(), object.getWorldTransform(), min, max))
-            return false;
-        return static_cast<const Proxy*>(object.getBroadphaseHandle())
-            ->isUpToDate(min - threshold, max + threshold);
+        if (visit == Visit::Static)
+            return marks[index].object == nullptr;
+        return marks[index] == IslandMark(object) && object.getCompanionId() == -1 &&
+               object.getHitFraction() == btScalar(1);
     }
 
     const btCollisionObjectArray& objects;
     bool updatesAll;
-    btVector3 threshold;
+    bool sleepersStay;
+    ObjectBox objectBox;
+    const IslandMark* marks;  ///< [object] null: none
+
+private:
+    [[gnu::always_inline]] inline bool keepsBox(const btCollisionObject& object, ShapeBoxes& shapes) const
+    {
+        if (!updatesAll && !object.isActive())
+            return true;
+        btVector3 min, max;
+        return objectBox.compute(object, shapes, min, max) &&
+               static_cast<const Proxy*>(object.getBroadphaseHandle())->isUpToDate(min, max);
+    }
+};
+
+/// What the search of a task has found.
+struct TaskResult
+{
+    std::size_t end = 0;     ///< of its part of the indices
+    bool areMarked = false;  ///< all of its objects
 };
 }  // namespace
 
@@ -94,18 +149,25 @@ struct WorldRest::Parts
         ForIslands
     };
 
-    bool find(btCollisionWorld& world);
+    bool find(btCollisionWorld& world, bool sleepersStay);
     void search(const Search& search);
+    void collect();
     void chooseExamination(btCollisionWorld& world, std::size_t pairs);
     bool isQuietSinceBoxes(btCollisionWorld& world) const;
 
     std::unique_ptr<ParallelLoops> workers = std::make_unique<ParallelLoops>(0);
     Known known = Known::No;
-    Indices restless;
-    Indices found;                  ///< those of each task, from where its objects begin
-    std::vector<std::size_t> ends;  ///< [task] end of its part of what was found
-    std::size_t objects = 0;        ///< of the world when it was searched
-    std::uint64_t pairVersion = 0;  ///< of the pair cache, when the boxes were set
+    Indices restless;      ///< objects to visit for their boxes
+    Indices withSleepers;  ///< and those that sleep; empty if none does
+    Indices found;  ///< those of each task, from where its objects begin: twice an index, plus 1 if asleep
+    std::vector<TaskResult> tasks;
+    std::size_t objects = 0;          ///< of the world when it was searched
+    std::uint64_t pairVersion = 0;    ///< of the pair cache, when the boxes were set
+    Array<IslandMark> marks;          ///< [object] as the islands were found when all slept
+    std::uint64_t markedVersion = 0;  ///< of the pair cache then
+    const btOverlappingPairCache* markedCache = nullptr;
+    bool areMarked = false;  ///< all objects have these marks
+    bool allSleep = false;   ///< when the islands were last to be found
     WorldRestStats stats;
 };
 
@@ -144,11 +206,11 @@ bool WorldRest::isOfClass(const btCollisionWorld& world, const std::type_info* t
     return own != nullptr && *own == *type;
 }
 
-const WorldRest::Indices* WorldRest::begin(btCollisionWorld& world, bool isQuiet)
+const WorldRest::Indices* WorldRest::begin(btCollisionWorld& world, bool isQuiet, bool sleepersStay)
 {
     forget();
     m->stats = {};
-    if (!isQuiet || !m->find(world))
+    if (!isQuiet || !m->find(world, sleepersStay))
     {
         ++m->stats.passes;
         return nullptr;
@@ -162,7 +224,7 @@ const WorldRest::Indices* WorldRest::forBoxes(btCollisionWorld& world)
     const auto count = static_cast<std::size_t>(world.getNumCollisionObjects());
     const bool isKnown = m->known == Parts::Known::ForBoxes && m->objects == count;
     forget();
-    if (!isKnown && !m->find(world))
+    if (!isKnown && !m->find(world, true))
     {
         ++m->stats.passes;
         return nullptr;
@@ -180,8 +242,43 @@ const WorldRest::Indices* WorldRest::takeForIslands(btCollisionWorld& world)
 {
     const bool isKnown = m->known == Parts::Known::ForIslands && m->isQuietSinceBoxes(world);
     forget();
+    m->allSleep = isKnown && m->restless.empty();
     m->stats.passes += !isKnown;
-    return isKnown ? &m->restless : nullptr;
+    const Indices& visited = m->withSleepers.empty() ? m->restless : m->withSleepers;
+    return isKnown ? &visited : nullptr;
+}
+
+bool WorldRest::allSleep() const
+{
+    return m->allSleep;
+}
+
+bool WorldRest::keepsIslands(btCollisionWorld& world)
+{
+    m->stats.keptIslands = m->allSleep && m->areMarked && m->markedVersion == m->pairVersion &&
+                           m->markedCache == world.getPairCache();
+    return m->stats.keptIslands;
+}
+
+void WorldRest::noteIslands(btCollisionWorld& world)
+{
+    const btCollisionObjectArray& objects = world.getCollisionObjectArray();
+    m->marks.clear();
+    try
+    {
+        m->marks.resize(static_cast<std::size_t>(objects.size()));
+    }
+    catch (const std::bad_alloc&)
+    {
+        return;
+    }
+    for (int i = 0; i < objects.size(); ++i)
+    {
+        if (!objects[i]->isStaticOrKinematicObject())
+            m->marks[static_cast<std::size_t>(i)] = IslandMark(*objects[i]);
+    }
+    m->markedVersion = m->pairVersion;
+    m->markedCache = world.getPairCache();
 }
 
 /// The examination of a pair costs less than the visits of some objects at rest that it may spare.
@@ -205,52 +302,73 @@ bool WorldRest::Parts::isQuietSinceBoxes(btCollisionWorld& world) const
 }
 
 /// @return false: the boxes cannot be compared, the objects are too few, or there is no memory
-bool WorldRest::Parts::find(btCollisionWorld& world)
+bool WorldRest::Parts::find(btCollisionWorld& world, bool sleepersStay)
 {
     objects = static_cast<std::size_t>(world.getNumCollisionObjects());
-    stats.restingObjects = stats.restingBoxes = 0;
+    stats.restingObjects = stats.sleepers = stats.restingBoxes = 0;
+    stats.keptIslands = areMarked = allSleep = false;
     if (!serves(world) || !keepsEqualBoxes(world))
         return false;
     try
     {
-        search(Search(world));
+        search(Search(world, sleepersStay, marks));
     }
     catch (const std::bad_alloc&)
     {
         return false;
     }
     ++stats.passes;
-    stats.restingObjects = objects - restless.size();
-    stats.restingBoxes = world.getForceUpdateAllAabbs() ? stats.restingObjects : 0;
+    stats.sleepers = withSleepers.empty() ? 0 : withSleepers.size() - restless.size();
+    stats.restingObjects = objects - restless.size() - stats.sleepers;
+    stats.restingBoxes = world.getForceUpdateAllAabbs() ? stats.restingObjects + stats.sleepers : 0;
     return true;
 }
 
 /// Each task writes to its own part of a list. Throws std::bad_alloc.
 void WorldRest::Parts::search(const Search& search)
 {
-    const auto tasks = static_cast<unsigned>((objects + kRestGrain - 1) / kRestGrain);
+    tasks.resize((objects + kRestGrain - 1) / kRestGrain);
     if (found.size() < objects)
         found.resize(objects);
     restless.reserve(objects);
-    ends.resize(tasks);
     const auto runTask = [&](unsigned task)
     {
         ShapeBoxes shapes;
-        std::size_t end = task * kRestGrain;
+        TaskResult result{task * kRestGrain, true};
         for (std::size_t i = task * kRestGrain; i < std::min(objects, (task + 1) * kRestGrain); ++i)
         {
             prefetchAhead(search.objects, i, search.updatesAll);
-            found[end] = static_cast<int>(i);
-            end += !search.isAtRest(*search.objects[static_cast<int>(i)], shapes);
+            const Visit visit = search.visitOf(*search.objects[static_cast<int>(i)], shapes);
+            found[result.end] = 2 * static_cast<int>(i) + (visit == Visit::Asleep);
+            result.end += visit != Visit::Static;
+            result.areMarked = result.areMarked && search.isMarked(i, visit);
         }
-        ends[task] = end;
+        tasks[task] = result;
     };
     const double costOfObject = kCostOfMarks + (search.updatesAll ? kCostOfComparison : 0.0);
-    workers->runRegion(costOfObject * double(objects), [&] { workers->run(tasks, runTask); });
+    workers->runRegion(costOfObject * double(objects),
+                       [&] { workers->run(static_cast<unsigned>(tasks.size()), runTask); });
+    collect();
+}
+
+/// Puts the parts of all tasks together. Throws std::bad_alloc.
+void WorldRest::Parts::collect()
+{
     restless.clear();
-    for (std::size_t task = 0; task < tasks; ++task)
-        restless.insert(restless.end(), found.begin() + std::ptrdiff_t(task * kRestGrain),
-                        found.begin() + std::ptrdiff_t(ends[task]));
+    withSleepers.clear();
+    areMarked = true;
+    for (std::size_t task = 0; task < tasks.size(); ++task)
+    {
+        areMarked = areMarked && tasks[task].areMarked;
+        for (std::size_t i = task * kRestGrain; i < tasks[task].end; ++i)
+        {
+            if (found[i] % 2 == 0)
+                restless.push_back(found[i] / 2);
+            withSleepers.push_back(found[i] / 2);
+        }
+    }
+    if (withSleepers.size() == restless.size())
+        withSleepers.clear();
 }
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

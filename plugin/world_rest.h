@@ -20,14 +20,17 @@ inline namespace CULLET_PRECISION
 struct WorldRestStats
 {
     std::uint64_t restingObjects = 0;  ///< static objects that the last search found at rest
-    std::uint64_t restingBoxes = 0;    ///< those of them whose boxes were compared, with forced updates
+    std::uint64_t sleepers = 0;        ///< sleeping bodies whose boxes it found unchanged
+    std::uint64_t restingBoxes = 0;    ///< those of both whose boxes were compared, with forced updates
+    bool keptIslands = false;          ///< all bodies slept, and no island could have changed
     /// Loops over all objects: one if no code of the application can run between the first loop and the last, else up
     /// to three in a step.
     std::uint32_t passes = 0;
 };
 
 /// Finds the objects of a world at rest: static ones for which saveKinematicState(), updateAabbs() and
-/// calculateSimulationIslands() would change nothing. A part of World<Base>.
+/// calculateSimulationIslands() would change nothing, and sleeping bodies for which the first two would. A part of
+/// World<Base>. If nothing else is there, the islands are compared with those that were last found.
 ///
 /// Bullet reports no change of an object: every object is read in every step, with its proxy and shape, and nothing is
 /// remembered from one step to the next. The objects found by one loop serve the following loops of the step until code
@@ -48,8 +51,10 @@ public:
     /// Begins a step: searches all objects if their boxes can be compared, which takes a cullet::Broadphase.
     ///
     /// @param isQuiet whether nothing but Bullet's own code can run before updateAabbs(), unless forget() is called
+    /// @param sleepersStay whether no loop before updateAabbs() changes a sleeping body, of whose box the predicted transform
+    ///                     is a part
     /// @return null: all objects must be read
-    const Indices* begin(btCollisionWorld& world, bool isQuiet);
+    const Indices* begin(btCollisionWorld& world, bool isQuiet, bool sleepersStay);
 
     /// For updateAabbs(): the objects found by begin(), or those of a new search.
     ///
@@ -62,6 +67,16 @@ public:
     ///
     /// @return null: all objects must be read
     const Indices* takeForIslands(btCollisionWorld& world);
+
+    /// Whether takeForIslands() found that all bodies of the world sleep, and their boxes are unchanged.
+    bool allSleep() const;
+
+    /// Whether they have the islands of the last noteIslands(), with the same pairs: a search would change nothing, unless
+    /// there are joints or predictive contacts. After takeForIslands().
+    bool keepsIslands(btCollisionWorld& world);
+
+    /// Notes the islands that were found while allSleep().
+    void noteIslands(btCollisionWorld& world);
 
     /// Whether a world is exactly of a class. False if its own was compiled without RTTI.
     static bool isOfClass(const btCollisionWorld& world, const std::type_info* type);

@@ -4,6 +4,8 @@
 
 #include "cullet/tests/plugin/broadphase/broadphase_support.h"
 
+#include <iterator>
+
 namespace cullet::test
 {
 namespace
@@ -47,6 +49,18 @@ public:
         m_scene.editAt(Moment::MotionState);
     }
     void setWorldTransform(const btTransform&) override {}
+
+private:
+    RestScene& m_scene;
+};
+
+class RestScene::Mirror final : public btMotionState
+{
+public:
+    explicit Mirror(RestScene& scene) : m_scene(scene) {}
+    /// Leaves a body where it is when it gets this motion state.
+    void getWorldTransform(btTransform&) const override {}
+    void setWorldTransform(const btTransform&) override { m_scene.editAt(Moment::Synchronization); }
 
 private:
     RestScene& m_scene;
@@ -102,10 +116,12 @@ private:
     RestScene& m_scene;
 };
 
-RestScene::RestScene(btDiscreteDynamicsWorld& world, std::uint32_t seed)
+RestScene::RestScene(btDiscreteDynamicsWorld& world, std::uint32_t seed, const RestOptions& options)
     : StepScene(world),
+      m_options(options),
       m_random(seed),
       m_tide(std::make_unique<Tide>(*this)),
+      m_mirror(std::make_unique<Mirror>(*this)),
       m_meddler(std::make_unique<Meddler>(*this)),
       m_filter(std::make_unique<Filter>(*this))
 {
@@ -115,10 +131,11 @@ RestScene::RestScene(btDiscreteDynamicsWorld& world, std::uint32_t seed)
     auto& ball = makeShape<btSphereShape>(btScalar(0.3));
     auto& brick = makeShape<btBoxShape>(vec(0.3, 0.2, 0.3));
     m_curious = std::make_unique<Curious>(*this, brick);
-    for (int i = 0; i < kMovers; ++i)
+    const int columns = options.columns;
+    for (int i = 0; i < options.movers; ++i)
     {
         btCollisionShape& shape = i % 4 == 0 ? static_cast<btCollisionShape&>(ball) : brick;
-        addBody(shape, 1, vec(2.4 * (i / 3 % 10), 1.2 + 0.7 * (i % 3), 2.4 * (i / 30)));
+        addBody(shape, 1, vec(2.4 * (i / 3 % columns), 1.2 + 0.7 * (i % 3), 2.4 * (i / (3 * columns))));
         bodies().back()->setDamping(btScalar(0.3), btScalar(0.6));
         bodies().back()->setCollisionFlags(btCollisionObject::CF_CUSTOM_MATERIAL_CALLBACK);
     }
@@ -163,23 +180,26 @@ btCollisionShape& RestScene::makeStaticShape(int number)
 
 void RestScene::editAt(Moment moment)
 {
-    if (m_random.chance(0.7f))
+    if (m_random.chance(0.7f) || (moment == Moment::Filter && !m_options.editsInFilters))
         return;
     ++m_editsAt[std::size_t(moment)];
     // Few movers are edited, so that the piles sleep for most of the time. Callbacks of pairs edit only marks and flags.
     if (moment == Moment::Contact || moment == Moment::ContactEnd || moment == Moment::Filter ||
         moment == Moment::Check)
         editMarks(anyStatic());
-    else if (m_random.chance(0.03f))
-        editMover();
+    else if (m_random.chance(m_options.moverEdits))
+        m_options.editsSleepers ? editSleeper() : editMover();
     else
         editStatic();
 }
 
 void RestScene::step(int number)
 {
-    if (number % 30 == 0)
-        chooseMoment(number / 30);
+    constexpr int kPhase = 30;
+    if (number % kPhase == 0)
+        chooseMoment(number / kPhase);
+    if (m_options.editsSleepers && m_moment == Moment::Nothing && number % 8 == 0)
+        letAllSleep();
     if (number % 3 == 0)
         editAt(Moment::Nothing);
     m_filter->accepts = number % 4 < 2;
@@ -195,20 +215,56 @@ void RestScene::step(int number)
                 world().updateSingleAabb(bodies()[i].get());
         }
     }
-    StepScene::step(number);
+    takeStep();
+}
+
+/// In one of the ways to take a step, mostly the usual one.
+void RestScene::takeStep()
+{
+    constexpr btScalar kUsual = btScalar(1) / 60;
+    const bool isUnusual = m_options.editsSleepers && m_random.chance(0.1f);
+    switch (isUnusual ? m_random.below(6) : 6)
+    {
+        case 0:
+            world().stepSimulation(2 * kUsual, 3, kUsual);
+            break;
+        case 1:
+            world().stepSimulation(kUsual / 2, 0, kUsual);
+            break;
+        case 2:
+            world().stepSimulation(0, 0, kUsual);
+            break;
+        case 3:
+            world().stepSimulation(btScalar(0.9) * kUsual, 1, kUsual);
+            break;
+        case 4:
+            world().setSynchronizeAllMotionStates(!world().getSynchronizeAllMotionStates());
+            break;
+        case 5:
+            // Wakes all.
+            gDisableDeactivation = m_random.chance(0.2f);
+            break;
+        default:
+            world().stepSimulation(kUsual, 0, kUsual);
+    }
+    if (isUnusual && gDisableDeactivation)
+    {
+        world().stepSimulation(kUsual, 0, kUsual);
+        gDisableDeactivation = false;
+    }
 }
 
 /// Installs the callback of one moment and removes all others; for half of the time there is none.
 void RestScene::chooseMoment(int number)
 {
-    constexpr Moment kMoments[] = {Moment::BeforeTick, Moment::AfterTick, Moment::MotionState,
-                                   Moment::Action,     Moment::Contact,   Moment::ContactEnd,
-                                   Moment::Filter,     Moment::Check};
+    constexpr Moment kTurns[] = {Moment::Check,       Moment::BeforeTick, Moment::AfterTick,
+                                 Moment::MotionState, Moment::Action,     Moment::Contact,
+                                 Moment::ContactEnd,  Moment::Filter,     Moment::Synchronization};
     if (m_moment == Moment::Action)
         world().removeAction(m_meddler.get());
     if (m_moment == Moment::Check)
         world().removeRigidBody(m_curious.get());
-    m_moment = number % 2 == 0 ? Moment::Nothing : kMoments[number / 2 % 8];
+    m_moment = number % 2 == 0 ? Moment::Nothing : kTurns[std::size_t(number / 2) % std::size(kTurns)];
     const auto callbackAt = [this](Moment moment, auto* callback)
     { return m_moment == moment ? callback : nullptr; };
     world().setInternalTickCallback(callbackAt(Moment::BeforeTick, beforeTick), this, true);
@@ -220,155 +276,18 @@ void RestScene::chooseMoment(int number)
         world().addAction(m_meddler.get());
     if (m_moment == Moment::Check)
         world().addRigidBody(m_curious.get());
-    if (m_moment == Moment::Contact)
+    if (m_moment == Moment::Contact || m_moment == Moment::Synchronization)
         wakeSome();
+    // Sleeping pairs that begin get no contacts, so that none would end.
+    for (std::size_t i = kStatics; m_moment == Moment::ContactEnd && i < bodies().size(); ++i)
+        bodies()[i]->activate();
+    for (std::size_t i = kStatics; i < bodies().size(); i += 7)
+        bodies()[i]->setMotionState(m_moment == Moment::Synchronization ? m_mirror.get() : nullptr);
     btRigidBody& body = *bodies().front();
     const bool isKinematic = m_moment == Moment::MotionState;
     body.setMotionState(isKinematic ? m_tide.get() : nullptr);
     body.setCollisionFlags(isKinematic ? btCollisionObject::CF_KINEMATIC_OBJECT
                                        : btCollisionObject::CF_STATIC_OBJECT);
     body.forceActivationState(isKinematic ? DISABLE_DEACTIVATION : ISLAND_SLEEPING);
-}
-
-void RestScene::wakeSome()
-{
-    for (int i = 0; i < 5; ++i)
-    {
-        btRigidBody& mover = anyMover();
-        mover.activate(true);
-        mover.setLinearVelocity(vec(0, 1, 0));
-    }
-}
-
-void RestScene::editStatic()
-{
-    ++m_edits;
-    btRigidBody& body = anyStatic();
-    const btVector3 shift = vec(m_random.point(-0.05f, 0.05f));
-    switch (m_random.below(8))
-    {
-        case 0:
-        {
-            btTransform moved = body.getWorldTransform();
-            moved.setOrigin(moved.getOrigin() + shift);
-            body.setWorldTransform(moved);
-            break;
-        }
-        case 1:
-            body.getWorldTransform().getOrigin() += shift;
-            break;
-        case 2:
-            editShape(body);
-            break;
-        case 3:
-            editProxy(body);
-            break;
-        case 4:
-        case 5:
-            editMarks(body);
-            break;
-        case 6:
-            addAgain(body);
-            break;
-        default:
-            body.forceActivationState(m_random.chance(0.1f) ? DISABLE_DEACTIVATION : ISLAND_SLEEPING);
-    }
-}
-
-void RestScene::editShape(btRigidBody& body)
-{
-    switch (m_random.below(3))
-    {
-        case 0:
-            body.getCollisionShape()->setLocalScaling(vec(m_random.point(0.8f, 1.1f)));
-            break;
-        case 1:
-            body.getCollisionShape()->setMargin(btScalar(m_random.between(0.02f, 0.06f)));
-            break;
-        default:
-            body.setCollisionShape(m_sharedShapes[m_random.below(2)]);
-    }
-}
-
-void RestScene::editProxy(btRigidBody& body)
-{
-    btBroadphaseProxy& proxy = *body.getBroadphaseProxy();
-    switch (m_random.below(4))
-    {
-        case 0:
-            proxy.m_collisionFilterMask ^= 1 << m_random.below(3);
-            break;
-        case 1:
-            world().getBroadphase()->setAabb(&proxy, vec(-1, -1, -1), vec(1, 1, 1), world().getDispatcher());
-            break;
-        case 2:
-            world().refreshBroadphaseProxy(&body);
-            break;
-        default:
-            world().updateSingleAabb(&body);
-    }
-}
-
-/// Flags and marks of a static body: of few for a while, so that the world stays one of static bodies.
-void RestScene::editMarks(btRigidBody& body)
-{
-    constexpr int kStatic = btCollisionObject::CF_STATIC_OBJECT;
-    switch (m_random.below(6))
-    {
-        case 0:
-            body.setHitFraction(btScalar(0.5));
-            break;
-        case 1:
-            body.setIslandTag(7);
-            break;
-        case 2:
-            body.setCompanionId(3);
-            break;
-        case 3:
-            body.setCollisionFlags(btCollisionObject::CF_KINEMATIC_OBJECT);
-            break;
-        case 4:
-            body.setCollisionFlags(body.getCollisionFlags() & ~kStatic);
-            break;
-        default:
-            for (int i = 1; i < kStatics; ++i)
-                bodies()[std::size_t(i)]->setCollisionFlags(kStatic);
-    }
-}
-
-void RestScene::editMover()
-{
-    ++m_edits;
-    btRigidBody& body = anyMover();
-    switch (m_random.below(7))
-    {
-        case 0:
-            body.activate(true);
-            break;
-        case 1:
-            body.setLinearVelocity(vec(m_random.point(-1, 1)));
-            break;
-        case 2:
-            body.applyCentralForce(vec(m_random.point(-9, 9)));
-            break;
-        case 3:
-            body.getWorldTransform().getOrigin() += vec(m_random.point(0, 0.1f));
-            break;
-        case 4:
-            body.setCcdMotionThreshold(m_random.chance(0.2f) ? btScalar(0.05) : btScalar(0));
-            body.setCcdSweptSphereRadius(btScalar(0.2));
-            break;
-        case 5:
-            body.setHitFraction(btScalar(0.25));
-            break;
-        default:
-            addAgain(body);
-    }
-}
-
-void RestScene::addAgain(btRigidBody& body)
-{
-    world().removeRigidBody(&body);
-    world().addRigidBody(&body);
 }
 }  // namespace cullet::test

@@ -25,62 +25,81 @@ namespace cullet::test
 {
 namespace
 {
-constexpr int kSteps = 600;
+constexpr int kSteps = 900;
 constexpr std::uint32_t kSeed = 20260127;
 
-template <class W>
+template <class W, class OfContacts = Dispatcher, class OfPairs = Broadphase>
 struct RestStage
 {
     btDefaultCollisionConfiguration configuration;
-    Dispatcher dispatcher{&configuration, oneThread()};
-    Broadphase broadphase;
+    OfContacts dispatcher = makeDispatcher();
+    OfPairs broadphase;
     btSequentialImpulseConstraintSolver solver;
     W world{&dispatcher, &broadphase, &solver, &configuration};
 
-    static DispatcherOptions oneThread()
+private:
+    OfContacts makeDispatcher()
     {
-        DispatcherOptions options;
-        options.threads = 1;
-        return options;
+        if constexpr (std::is_same_v<OfContacts, Dispatcher>)
+        {
+            DispatcherOptions options;
+            options.threads = 1;
+            return Dispatcher(&configuration, options);
+        }
+        else
+            return OfContacts(&configuration);
     }
 };
 
 struct RestHistory
 {
     std::vector<std::uint64_t> hashes;
-    std::array<int, 4> stepsOfPasses{};  ///< [loops over all objects]
-    std::array<int, 9> edits{};          ///< [moment]
-    int sleepingSteps = 0;
+    std::array<int, 4> stepsOfPasses{};            ///< [loops over all objects; 3 or more]
+    std::array<int, RestScene::kMoments> edits{};  ///< [moment]
+    int sleepingSteps = 0;                         ///< in which no pair had an awake body
+    int keptSteps = 0;                             ///< in which no island was searched
+    int dozingSteps = 0;                           ///< in which the loops left out some bodies, but not all
     std::uint64_t resting = 0;
 };
 
-template <class W>
-RestHistory run(bool updatesAll, int threads)
+template <class Stage>
+RestHistory run(bool updatesAll, int threads, const RestOptions& options = {})
 {
-    RestStage<W> stage;
-    constexpr bool kIsOurs = !std::is_same_v<W, btDiscreteDynamicsWorld>;
+    Stage stage;
+    constexpr bool kIsOurs = !std::is_same_v<decltype(stage.world), btDiscreteDynamicsWorld>;
     if constexpr (kIsOurs)
         stage.world.setUpdateThreads(threads);
     stage.world.setForceUpdateAllAabbs(updatesAll);
     const btScalar deactivationTime = gDeactivationTime;
     gDeactivationTime = btScalar(0.2);
-    RestScene scene(stage.world, kSeed);
+    RestScene scene(stage.world, kSeed, options);
     RestHistory history;
     for (int step = 0; step < kSteps; ++step)
     {
         scene.step(step);
         history.hashes.push_back(scene.hash() * 31 + hashOfWorld(stage.world));
-        history.sleepingSteps += !stage.dispatcher.hadForeignPairs();
+        if constexpr (std::is_same_v<decltype(stage.dispatcher), Dispatcher>)
+            history.sleepingSteps += !stage.dispatcher.hadForeignPairs();
         if constexpr (kIsOurs)
         {
-            ++history.stepsOfPasses.at(stage.world.restStats().passes);
+            ++history.stepsOfPasses.at(std::min(stage.world.restStats().passes, 3u));
             history.resting += stage.world.restStats().restingObjects;
+            history.keptSteps += stage.world.restStats().keptIslands;
+            const std::uint64_t left = stage.world.bodyStats().restingBodies;
+            history.dozingSteps += left > 0 && left < std::uint64_t(options.movers);
         }
     }
     for (std::size_t moment = 0; moment < history.edits.size(); ++moment)
         history.edits[moment] = scene.edits(RestScene::Moment(moment));
     gDeactivationTime = deactivationTime;
     return history;
+}
+
+/// Expects equal hashes, and says from which step on they differ.
+void expectSame(const RestHistory& own, const RestHistory& expected, int threads)
+{
+    const auto difference = std::mismatch(own.hashes.begin(), own.hashes.end(), expected.hashes.begin());
+    EXPECT_EQ(difference.first - own.hashes.begin(), kSteps) << threads << " threads, seed " << kSeed;
 }
 
 class WorldRestSteps : public testing::TestWithParam<bool>
@@ -90,21 +109,62 @@ class WorldRestSteps : public testing::TestWithParam<bool>
 INSTANTIATE_TEST_SUITE_P(ForcedUpdates, WorldRestSteps, testing::Bool(),
                          [](const auto& test) { return test.param ? "On" : "Off"; });
 
+using Rest = World<btDiscreteDynamicsWorld>;
+
 TEST_P(WorldRestSteps, EqualThoseOfBulletWhateverTheApplicationEdits)
 {
-    const RestHistory expected = run<btDiscreteDynamicsWorld>(GetParam(), 0);
+    const RestHistory expected = run<RestStage<btDiscreteDynamicsWorld>>(GetParam(), 0);
     EXPECT_GT(expected.sleepingSteps, kSteps / 6) << "seed " << kSeed;
     EXPECT_LT(expected.sleepingSteps, kSteps - kSteps / 10);
     for (std::size_t moment = 0; moment < expected.edits.size(); ++moment)
         EXPECT_GT(expected.edits[moment], 3) << "moment " << moment << ", seed " << kSeed;
     for (const int threads : {1, 2, 3})
     {
-        const RestHistory own = run<World<btDiscreteDynamicsWorld>>(GetParam(), threads);
-        const auto difference = std::mismatch(own.hashes.begin(), own.hashes.end(), expected.hashes.begin());
-        EXPECT_EQ(difference.first - own.hashes.begin(), kSteps) << threads << " threads, seed " << kSeed;
+        const RestHistory own = run<RestStage<Rest>>(GetParam(), threads);
+        expectSame(own, expected, threads);
         for (const int passes : {1, 2, 3})
-            EXPECT_GT(own.stepsOfPasses[std::size_t(passes)], kSteps / 60) << passes << " passes";
+            EXPECT_GT(own.stepsOfPasses[std::size_t(passes)], 10) << passes << " passes";
         EXPECT_GT(own.resting / kSteps, std::uint64_t(RestScene::kStatics) * 8 / 10);
+    }
+}
+
+/// Enough bodies for the loops of WorldBodies, edited while they sleep.
+RestOptions sleepers()
+{
+    RestOptions options;
+    options.movers = 414;
+    options.columns = 12;
+    options.moverEdits = 0.6f;
+    options.editsSleepers = true;
+    return options;
+}
+
+TEST_P(WorldRestSteps, EqualThoseOfBulletWhateverIsEditedInSleepingBodies)
+{
+    const RestHistory expected = run<RestStage<btDiscreteDynamicsWorld>>(GetParam(), 0, sleepers());
+    for (std::size_t moment = 0; moment < expected.edits.size(); ++moment)
+        EXPECT_GT(expected.edits[moment], 3) << "moment " << moment << ", seed " << kSeed;
+    for (const int threads : {1, 3})
+    {
+        const RestHistory own = run<RestStage<Rest>>(GetParam(), threads, sleepers());
+        expectSame(own, expected, threads);
+        EXPECT_GT(own.keptSteps, kSteps / 60);
+        EXPECT_GT(own.dozingSteps, kSteps / 6);
+    }
+}
+
+TEST_P(WorldRestSteps, EqualThoseOfBulletInSleepingBodiesOfDbvtAndBulletsDispatcher)
+{
+    using Stock = RestStage<btDiscreteDynamicsWorld, btCollisionDispatcher, btDbvtBroadphase>;
+    using Own = RestStage<Rest, btCollisionDispatcher, btDbvtBroadphase>;
+    RestOptions options = sleepers();
+    options.editsInFilters = false;
+    const RestHistory expected = run<Stock>(GetParam(), 0, options);
+    for (const int threads : {1, 2})
+    {
+        const RestHistory own = run<Own>(GetParam(), threads, options);
+        expectSame(own, expected, threads);
+        EXPECT_GT(own.dozingSteps, kSteps / 6);
     }
 }
 
@@ -196,8 +256,6 @@ private:
     }
     btBoxShape m_shape{vec(0.5, 0.5, 0.5)};
 };
-
-using Rest = World<btDiscreteDynamicsWorld>;
 
 TEST(WorldRest, VisitsAllObjectsOnceInStepOfSleepers)
 {
