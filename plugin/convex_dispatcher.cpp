@@ -108,7 +108,7 @@ Dispatcher::~Dispatcher()
 void Dispatcher::dispatchAllCollisionPairs(btOverlappingPairCache* pairCache, const btDispatcherInfo& info,
                                            btDispatcher* dispatcher)
 {
-    if (areFewAndAsleep(*pairCache, info))
+    if (isAsleep(*pairCache, info) || areFewAndAsleep(*pairCache, info))
         return skipDispatch();
     const PassScope pass(m_isaGjk);
     if (m_jobs->hasRecords())
@@ -136,6 +136,27 @@ void Dispatcher::dispatchAllCollisionPairs(btOverlappingPairCache* pairCache, co
     nearPass.finish();
 }
 
+void Dispatcher::expectSleep(const PairCache* cache)
+{
+    m_sleepingCache = cache;
+    m_sleepingVersion = cache != nullptr ? cache->version() : 0;
+}
+
+/// Whether a cache is as it was when no body of its pairs was active.
+bool Dispatcher::isAsleep(const btOverlappingPairCache& cache, const btDispatcherInfo& info) const
+{
+    return m_sleepingCache != nullptr && m_sleepingCache == &cache &&
+           m_sleepingCache->version() == m_sleepingVersion && !m_sleepingCache->hasDetachedPairs() &&
+           mayLeaveOutSleepers(info);
+}
+
+/// Whether a pair of bodies that are not active calls nothing.
+bool Dispatcher::mayLeaveOutSleepers(const btDispatcherInfo& info) const
+{
+    return isExactly<Dispatcher>(*this) && getNearCallback() == m_ownNearCallback &&
+           info.m_dispatchFunc == btDispatcherInfo::DISPATCH_DISCRETE && !m_jobs->hasRecords();
+}
+
 /// Whether Bullet's near callback would do nothing for any pair, and the pairs are so few that to ask costs less than to
 /// prepare a pass.
 bool Dispatcher::areFewAndAsleep(const btOverlappingPairCache& cache, const btDispatcherInfo& info) const
@@ -146,8 +167,7 @@ bool Dispatcher::areFewAndAsleep(const btOverlappingPairCache& cache, const btDi
     const bool isOwn = type == &typeid(PairCache) && !static_cast<const PairCache&>(cache).hasDetachedPairs();
     const int count = cache.getNumOverlappingPairs();
     if (count > kFewPairs || (!isOwn && type != &typeid(btHashedOverlappingPairCache)) ||
-        !isExactly<Dispatcher>(*this) || getNearCallback() != m_ownNearCallback ||
-        info.m_dispatchFunc != btDispatcherInfo::DISPATCH_DISCRETE || m_jobs->hasRecords())
+        !mayLeaveOutSleepers(info))
         return false;
     const btBroadphasePair* const pairs = cache.getOverlappingPairArrayPtr();
     return std::all_of(pairs, pairs + count,

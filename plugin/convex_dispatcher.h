@@ -16,6 +16,7 @@ class ParallelLoops;
 inline namespace CULLET_PRECISION
 {
 class ContactJobs;
+class PairCache;
 class IsaGjkAlgorithm;
 
 struct DispatcherOptions
@@ -91,6 +92,9 @@ public:
     /// Lets dispatches find out whether a pair is foreign, which takes some ten nanoseconds per pair with an awake body.
     /// Off by default: all of these are foreign then.
     void setFindsForeignPairs(bool finds) { m_findsForeignPairs = finds; }
+    /// Says that no body of a cache's pairs is active, so that Bullet would process none of them: a dispatch leaves them all out
+    /// if no pair has come or gone by then. Until it is taken back by null.
+    void expectSleep(const PairCache* cache);
     /// Whether a pair of the last dispatch may have called the application: a callback, a body, a shape or an algorithm of a
     /// class of its own. Sleeping pairs do not, nor do those of Bullet's classes that several threads may compute
     /// (contactStats()).
@@ -104,6 +108,8 @@ public:
 private:
     class NearPass;
 
+    bool isAsleep(const btOverlappingPairCache& cache, const btDispatcherInfo& info) const;
+    bool mayLeaveOutSleepers(const btDispatcherInfo& info) const;
     bool areFewAndAsleep(const btOverlappingPairCache& cache, const btDispatcherInfo& info) const;
     void skipDispatch();
     bool makeAlgorithms(btBroadphasePair* pairs, std::size_t count, std::vector<std::uint32_t>& isaGjkPairs);
@@ -135,6 +141,8 @@ private:
     /// still belongs to the pair, since callbacks may remove bodies during the dispatch.
     Array<const btCollisionAlgorithm*> m_idle;
     std::uint64_t m_idlePairs = 0, m_stillPairs = 0, m_testedPairs = 0;
+    const PairCache* m_sleepingCache = nullptr;  ///< expectSleep()
+    std::uint64_t m_sleepingVersion = 0;
     bool m_findsForeignPairs = false;
     bool m_hadForeignPairs = false;
     /// Some pair, or the motions of its bodies, missed an update.

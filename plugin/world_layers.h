@@ -447,6 +447,20 @@ public:
     }
 };
 
+template <class Next>
+class Detecting : public Next
+{
+public:
+    using Next::Next;
+    void performDiscreteCollisionDetection() override
+    {
+        if (this->stepParts().areFew || !this->isWorldItself())
+            return Next::performDiscreteCollisionDetection();
+        const WorldRest::Detection detection(this->stepParts().rest, *this);
+        Next::performDiscreteCollisionDetection();
+    }
+};
+
 /// A layer over another one, or only the other one.
 template <template <class> class Layer, class Next, bool kTakesOver>
 using If = std::conditional_t<kTakesOver, Layer<Next>, Next>;
@@ -466,7 +480,8 @@ struct Stack
     using Integrates = If<Integrating, Sweeps, Asked::integrates()>;
     using Activates = If<Activating, Integrates, Asked::activates()>;
     using Synchronizes = If<Synchronizing, Activates, Asked::stepsAsBullet()>;
-    using All = If<TestingRays, Synchronizes, Asked::testsRays()>;
+    using Detects = If<Detecting, Synchronizes, Asked::stepsAsBullet()>;
+    using All = If<TestingRays, Detects, Asked::testsRays()>;
 };
 }  // namespace world_layers
 }  // namespace CULLET_PRECISION

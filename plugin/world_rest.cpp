@@ -134,9 +134,18 @@ private:
 /// What the search of a task has found.
 struct TaskResult
 {
-    std::size_t end = 0;     ///< of its part of the indices
-    bool areMarked = false;  ///< all of its objects
+    std::size_t end = 0;       ///< of its part of the indices
+    bool areMarked = false;    ///< all of its objects
+    bool areInactive = false;  ///< all of its objects, and none needs a visit
 };
+
+/// The dispatcher of a world, if it is exactly cullet's.
+Dispatcher* ownDispatcher(btCollisionWorld& world)
+{
+    btDispatcher* const dispatcher = world.getDispatcher();
+    return dispatcher != nullptr && isExactly<Dispatcher>(*dispatcher) ? static_cast<Dispatcher*>(dispatcher)
+                                                                       : nullptr;
+}
 }  // namespace
 
 struct WorldRest::Parts
@@ -166,8 +175,10 @@ struct WorldRest::Parts
     Array<IslandMark> marks;          ///< [object] as the islands were found when all slept
     std::uint64_t markedVersion = 0;  ///< of the pair cache then
     const btOverlappingPairCache* markedCache = nullptr;
-    bool areMarked = false;  ///< all objects have these marks
-    bool allSleep = false;   ///< when the islands were last to be found
+    bool areMarked = false;    ///< all objects have these marks
+    bool areInactive = false;  ///< all objects, and none needs a visit
+    bool isDetecting = false;  ///< there is a Detection
+    bool allSleep = false;     ///< when the islands were last to be found
     WorldRestStats stats;
 };
 
@@ -234,6 +245,12 @@ const WorldRest::Indices* WorldRest::forBoxes(btCollisionWorld& world)
         m->pairVersion = cache->version();
         m->known = Parts::Known::ForIslands;
         m->chooseExamination(world, static_cast<std::size_t>(cache->getNumOverlappingPairs()));
+        Dispatcher* const dispatcher = ownDispatcher(world);
+        m->stats.leftOutPairs = dispatcher != nullptr && m->isDetecting && m->areInactive &&
+                                isExactly<PairCache>(*cache) &&
+                                world.getPairCache()->getOverlapFilterCallback() == nullptr;
+        if (m->stats.leftOutPairs)
+            dispatcher->expectSleep(cache);
     }
     return &m->restless;
 }
@@ -285,19 +302,28 @@ void WorldRest::noteIslands(btCollisionWorld& world)
 void WorldRest::Parts::chooseExamination(btCollisionWorld& world, std::size_t pairs)
 {
     constexpr std::size_t kObjectsPerPair = 4;
-    btDispatcher* const dispatcher = world.getDispatcher();
-    if (dispatcher != nullptr && isExactly<Dispatcher>(*dispatcher))
-        static_cast<Dispatcher*>(dispatcher)
-            ->setFindsForeignPairs(stats.restingObjects >= kObjectsPerPair * pairs);
+    if (Dispatcher* const dispatcher = ownDispatcher(world))
+        dispatcher->setFindsForeignPairs(stats.restingObjects >= kObjectsPerPair * pairs);
+}
+
+WorldRest::Detection::Detection(WorldRest& rest, btCollisionWorld& world) : m_rest(rest), m_world(world)
+{
+    m_rest.m->isDetecting = true;
+}
+
+WorldRest::Detection::~Detection()
+{
+    m_rest.m->isDetecting = false;
+    if (Dispatcher* const dispatcher = ownDispatcher(m_world))
+        dispatcher->expectSleep(nullptr);
 }
 
 bool WorldRest::Parts::isQuietSinceBoxes(btCollisionWorld& world) const
 {
-    btDispatcher* const dispatcher = world.getDispatcher();
+    const Dispatcher* const dispatcher = ownDispatcher(world);
     auto* const cache = dynamicCast<PairCache>(world.getPairCache());
     return objects == static_cast<std::size_t>(world.getNumCollisionObjects()) && dispatcher != nullptr &&
-           isExactly<Dispatcher>(*dispatcher) && !static_cast<Dispatcher*>(dispatcher)->hadForeignPairs() &&
-           cache != nullptr && cache->version() == pairVersion &&
+           !dispatcher->hadForeignPairs() && cache != nullptr && cache->version() == pairVersion &&
            cache->getOverlapFilterCallback() == nullptr;
 }
 
@@ -306,7 +332,7 @@ bool WorldRest::Parts::find(btCollisionWorld& world, bool sleepersStay)
 {
     objects = static_cast<std::size_t>(world.getNumCollisionObjects());
     stats.restingObjects = stats.sleepers = stats.restingBoxes = 0;
-    stats.keptIslands = areMarked = allSleep = false;
+    stats.leftOutPairs = stats.keptIslands = areMarked = areInactive = allSleep = false;
     if (!serves(world) || !keepsEqualBoxes(world))
         return false;
     try
@@ -334,7 +360,7 @@ void WorldRest::Parts::search(const Search& search)
     const auto runTask = [&](unsigned task)
     {
         ShapeBoxes shapes;
-        TaskResult result{task * kRestGrain, true};
+        TaskResult result{task * kRestGrain, true, true};
         for (std::size_t i = task * kRestGrain; i < std::min(objects, (task + 1) * kRestGrain); ++i)
         {
             prefetchAhead(search.objects, i, search.updatesAll);
@@ -342,6 +368,8 @@ void WorldRest::Parts::search(const Search& search)
             found[result.end] = 2 * static_cast<int>(i) + (visit == Visit::Asleep);
             result.end += visit != Visit::Static;
             result.areMarked = result.areMarked && search.isMarked(i, visit);
+            result.areInactive = result.areInactive && visit != Visit::Needed &&
+                                 !search.objects[static_cast<int>(i)]->isActive();
         }
         tasks[task] = result;
     };
@@ -356,10 +384,11 @@ void WorldRest::Parts::collect()
 {
     restless.clear();
     withSleepers.clear();
-    areMarked = true;
+    areMarked = areInactive = true;
     for (std::size_t task = 0; task < tasks.size(); ++task)
     {
         areMarked = areMarked && tasks[task].areMarked;
+        areInactive = areInactive && tasks[task].areInactive;
         for (std::size_t i = task * kRestGrain; i < tasks[task].end; ++i)
         {
             if (found[i] % 2 == 0)

@@ -22,7 +22,9 @@ struct WorldRestStats
     std::uint64_t restingObjects = 0;  ///< static objects that the last search found at rest
     std::uint64_t sleepers = 0;        ///< sleeping bodies whose boxes it found unchanged
     std::uint64_t restingBoxes = 0;    ///< those of both whose boxes were compared, with forced updates
-    bool keptIslands = false;          ///< all bodies slept, and no island could have changed
+    bool leftOutPairs =
+        false;  ///< no object was active: a cullet::Dispatcher had no pair to visit but new ones
+    bool keptIslands = false;  ///< all bodies slept, and no island could have changed
     /// Loops over all objects: one if no code of the application can run between the first loop and the last, else up
     /// to three in a step.
     std::uint32_t passes = 0;
@@ -55,6 +57,21 @@ public:
     ///                     is a part
     /// @return null: all objects must be read
     const Indices* begin(btCollisionWorld& world, bool isQuiet, bool sleepersStay);
+
+    /// While it lives, code of the application runs between updateAabbs() and the dispatch only where a pair comes or goes: a
+    /// cullet::Dispatcher leaves out all pairs if no object is active.
+    class Detection
+    {
+    public:
+        Detection(WorldRest& rest, btCollisionWorld& world);
+        ~Detection();
+        Detection(const Detection&) = delete;
+        Detection& operator=(const Detection&) = delete;
+
+    private:
+        WorldRest& m_rest;
+        btCollisionWorld& m_world;
+    };
 
     /// For updateAabbs(): the objects found by begin(), or those of a new search.
     ///
