@@ -125,6 +125,7 @@ struct SolverWithoutState::Parts
     std::vector<std::unique_ptr<GroupSolver>> solvers;  ///< [thread]
     std::vector<unsigned> sharedTasks;
     std::vector<GroupReport> reports;  ///< [group] of shared tasks
+    IslandSelection ownIslands;        ///< of a group with foreign joints
     SolverStats stats;
     bool hasThreads = false, hasWarnedOfRefusal = false, hasWarnedOfSettings = false;
 };
@@ -187,14 +188,23 @@ void SolverWithoutState::Parts::solve(const SolverGroup& group, const btContactS
         return solveByBullet(ofStep, group, info, debugDrawer, dispatcher);
     if (!hasForeignJoint(group))
         return solveOwn(group, info, debugDrawer, dispatcher);
+    SolverGroup others;
+    try
+    {
+        others = ownIslands.select(group, [](const SolverGroup& island) { return !hasForeignJoint(island); });
+    }
+    catch (const std::bad_alloc&)
+    {
+        return solveByBullet(SolverRefusal::NoMemory, group, info, debugDrawer, dispatcher);
+    }
     GroupIslands islands(group);
     for (SolverGroup island; islands.next(island);)
     {
         if (hasForeignJoint(island))
             solveByBullet(SolverRefusal::ForeignJoint, island, info, debugDrawer, dispatcher);
-        else
-            solveOwn(island, info, debugDrawer, dispatcher);
     }
+    if (others.bodyCount > 0)
+        solveOwn(others, info, debugDrawer, dispatcher);
 }
 
 /// Solves a group without foreign joints.
@@ -211,10 +221,19 @@ void SolverWithoutState::Parts::finish(const GroupReport& report, const SolverGr
                                        const btContactSolverInfo& info, btIDebugDraw* debugDrawer,
                                        btDispatcher* dispatcher)
 {
-    if (report.outcome == GroupReport::Outcome::Solved)
+    using Outcome = GroupReport::Outcome;
+    if (report.outcome == Outcome::NoMemory)
+        solveByBullet(SolverRefusal::NoMemory, group, info, debugDrawer, dispatcher);
+    if (report.outcome == Outcome::Solved || report.outcome == Outcome::NoMemoryForRest)
         note(report, group);
-    else if (report.outcome == GroupReport::Outcome::NoMemory)
-        solveByBullet(SolverRefusal::NoMemory, report.left, info, debugDrawer, dispatcher);
+    if (report.outcome != Outcome::NoMemoryForRest)
+        return;
+    GroupIslands islands(group);
+    for (SolverGroup island; islands.next(island);)
+    {
+        if (hasOwnSoftness(island))
+            solveByBullet(SolverRefusal::NoMemory, island, info, debugDrawer, dispatcher);
+    }
 }
 
 /// Makes the solvers, and registers with the threads: nothing of that may fail when a group is half solved.

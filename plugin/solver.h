@@ -31,7 +31,7 @@ enum class SolverRefusal : std::uint8_t
 struct SolverStats
 {
     SolverRefusal refusal = SolverRefusal::No;  ///< of the last group that was refused
-    /// Islands, or several small ones together; of a group that had to be divided for Bullet's solver, each island.
+    /// Islands, or several small ones together; each island of a group that needs Bullet's solver counts, and the others as one.
     std::uint32_t groups = 0;
     std::uint32_t refusedGroups = 0;  ///< those that Bullet's solver solved
     std::uint32_t contacts = 0;       ///< manifolds with points, of the groups that were not refused
@@ -76,7 +76,8 @@ protected:
 /// Contacts and joints are divided into colours: no two of a colour move the same body. Those of a colour are solved
 /// eight at a time, and on several threads if they are many. Within a World<Base>, small islands are solved on
 /// different threads too. Velocities and places after a step depend on the bodies, manifolds and joints of an island and
-/// their order only: not on other islands, the number of threads or the instruction set.
+/// their order only: not on other islands, the number of threads or the instruction set. With a threshold of the residual, the
+/// iterations of a group (m_minimumSolverBatchSize) end together.
 ///
 /// Rows are those of btSequentialImpulseConstraintSolver 3.24, and so are their parameters in btContactSolverInfo, flags of
 /// points and bodies, feedback and breaking of joints, and impulses of points. What differs: the order of the rows, that an

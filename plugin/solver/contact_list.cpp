@@ -76,6 +76,17 @@ bool movesABody(const SolverBodies& bodies, const Contact& contact)
 }
 }  // namespace
 
+bool hasOwnSoftness(const btPersistentManifold& manifold)
+{
+    const unsigned live = livePointsOf(manifold);
+    for (int k = 0; k < manifold.getNumContacts(); ++k)
+    {
+        if ((live >> k & 1) != 0 && (manifold.getContactPoint(k).m_contactPointFlags & kOwnSoftness) != 0)
+            return true;
+    }
+    return false;
+}
+
 void ContactList::collect(const btContactSolverInfo& info, btPersistentManifold** manifolds, int count,
                           SolverBodies& bodies, ParallelLoops& loops)
 {

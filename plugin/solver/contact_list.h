@@ -30,6 +30,9 @@ struct Contact
     bool isPlain;         ///< no point has flags that rows depend on, and no object anisotropic friction
 };
 
+/// Whether the application has given points of a manifold that count a softness, or anchored them.
+bool hasOwnSoftness(const btPersistentManifold& manifold);
+
 /// The contacts of a group in a shuffled order that stays the same while they last.
 class ContactList
 {

@@ -67,22 +67,31 @@ SoftContact softContact(btScalar frequency, btScalar damping, btScalar time)
 }
 }  // namespace
 
+bool hasOwnSoftness(const SolverGroup& island)
+{
+    return std::any_of(island.manifolds, island.manifolds + island.manifoldCount,
+                       [](const btPersistentManifold* manifold) { return hasOwnSoftness(*manifold); });
+}
+
 GroupReport GroupSolver::solve(const SolverGroup& group, const btContactSolverInfo& info,
                                const SolverOptions& options, ParallelLoops& loops)
 {
+    using Outcome = GroupReport::Outcome;
     m_report = {};
-    m_report.outcome = GroupReport::Outcome::Solved;
-    const bool mayEndEarly = options.model == SolverModel::Bullet && info.m_leastSquaresResidualThreshold > 0;
-    SolverGroup left = group;
+    Outcome onFailure = Outcome::NoMemory;
     try
     {
-        if (mayEndEarly || !solveTogether(group, info, options, loops))
-            solveIslands(left, info, options, loops);
+        if (!solveTogether(group, info, options, loops))
+        {
+            solveSelected(group, false, info, options, loops);
+            onFailure = Outcome::NoMemoryForRest;
+            solveSelected(group, true, info, options, loops);
+        }
+        m_report.outcome = Outcome::Solved;
     }
     catch (const std::bad_alloc&)
     {
-        m_report.outcome = GroupReport::Outcome::NoMemory;
-        m_report.left = left;
+        m_report.outcome = onFailure;
     }
     return m_report;
 }
@@ -98,16 +107,14 @@ bool GroupSolver::solveTogether(const SolverGroup& group, const btContactSolverI
     return true;
 }
 
-/// Solves islands one after the other, and takes those that are solved out of the group.
-void GroupSolver::solveIslands(SolverGroup& left, const btContactSolverInfo& info,
-                               const SolverOptions& options, ParallelLoops& loops)
+/// Solves the islands of a group whose contacts have a softness of their own, or those whose contacts have none.
+void GroupSolver::solveSelected(const SolverGroup& group, bool ownSoftness, const btContactSolverInfo& info,
+                                const SolverOptions& options, ParallelLoops& loops)
 {
-    GroupIslands islands(left);
-    for (SolverGroup island; islands.next(island); left = islands.rest())
-    {
-        collect(island, info, loops);
-        solveCollected(island, info, options, loops);
-    }
+    const SolverGroup selected = m_selection.select(
+        group, [&](const SolverGroup& island) { return hasOwnSoftness(island) == ownSoftness; });
+    collect(selected, info, loops);
+    solveCollected(selected, info, options, loops);
 }
 
 /// Finds the bodies and contacts.

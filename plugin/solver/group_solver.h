@@ -27,12 +27,11 @@ struct GroupReport
     {
         None,  ///< not tried
         Solved,
-        NoMemory  ///< and nothing of `left` has changed
+        NoMemory,        ///< and nothing has changed
+        NoMemoryForRest  ///< nothing has changed in islands of a divided group that hasOwnSoftness()
     };
     Outcome outcome = Outcome::None;
-    SolverGroup
-        left{};  ///< the islands that there was no memory for: all of a group, unless it had to be divided
-    int iterations = 0;  ///< of the island that took most; with substeps: their number
+    int iterations = 0;  ///< with substeps: their number
     btScalar residual =
         -1;  ///< the largest change of a velocity in the last iteration, squared; -1: not asked for
     std::uint32_t contacts = 0, joints = 0;
@@ -40,14 +39,17 @@ struct GroupReport
         0;  ///< those of the colours whose blocks must be solved one after the other
 };
 
+/// Whether contacts of an island have a softness or an anchor of their own.
+bool hasOwnSoftness(const SolverGroup& island);
+
 /// Solves groups, one at a time, with memory that it keeps.
 class GroupSolver
 {
 public:
     /// Solves a group, and gives bodies, points and joints what it found.
     ///
-    /// Its islands are solved together, unless one would change what another one gets: with SolverModel::Soft if contacts of
-    /// some have a softness of their own, with SolverModel::Bullet if a threshold of the residual may end the iterations.
+    /// Its islands are solved together, so that small ones share lanes. With SolverModel::Soft those that hasOwnSoftness() are
+    /// solved by themselves, if there are others.
     ///
     /// @param loops whose threads share the group's blocks
     GroupReport solve(const SolverGroup& group, const btContactSolverInfo& info, const SolverOptions& options,
@@ -56,8 +58,8 @@ public:
 private:
     bool solveTogether(const SolverGroup& group, const btContactSolverInfo& info,
                        const SolverOptions& options, ParallelLoops& loops);
-    void solveIslands(SolverGroup& left, const btContactSolverInfo& info, const SolverOptions& options,
-                      ParallelLoops& loops);
+    void solveSelected(const SolverGroup& group, bool ownSoftness, const btContactSolverInfo& info,
+                       const SolverOptions& options, ParallelLoops& loops);
     void collect(const SolverGroup& group, const btContactSolverInfo& info, ParallelLoops& loops);
     void solveCollected(const SolverGroup& group, const btContactSolverInfo& info,
                         const SolverOptions& options, ParallelLoops& loops);
@@ -73,6 +75,7 @@ private:
     void takeSubsteps(const btContactSolverInfo& info, const SolverOptions& options, ParallelLoops& loops);
 
     GroupReport m_report;
+    IslandSelection m_selection;
     SolverStep m_step;
     int m_iterations = 0;
     btScalar m_residual = 0;

@@ -112,5 +112,26 @@ bool GroupIslands::next(SolverGroup& island)
     m_rest.bodyCount = m_rest.manifoldCount = m_rest.jointCount = 0;
     return true;
 }
+
+void IslandSelection::clear()
+{
+    m_bodies.clear();
+    m_manifolds.clear();
+    m_joints.clear();
+}
+
+void IslandSelection::add(const SolverGroup& island)
+{
+    m_bodies.insert(m_bodies.end(), island.bodies, island.bodies + island.bodyCount);
+    m_manifolds.insert(m_manifolds.end(), island.manifolds, island.manifolds + island.manifoldCount);
+    m_joints.insert(m_joints.end(), island.joints, island.joints + island.jointCount);
+}
+
+SolverGroup IslandSelection::selected()
+{
+    return {m_bodies.data(),    static_cast<int>(m_bodies.size()),
+            m_manifolds.data(), static_cast<int>(m_manifolds.size()),
+            m_joints.data(),    static_cast<int>(m_joints.size())};
+}
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

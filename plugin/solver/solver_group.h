@@ -4,6 +4,8 @@
 
 #include "cullet/plugin/core/precision.h"
 
+#include <vector>
+
 class btCollisionObject;
 class btPersistentManifold;
 class btTypedConstraint;
@@ -41,12 +43,40 @@ public:
     /// @return false if there is none
     bool next(SolverGroup& island);
 
-    /// The islands that next() has not taken yet.
-    const SolverGroup& rest() const { return m_rest; }
-
 private:
     SolverGroup m_rest;
     bool m_isDivided;
+};
+
+/// Islands of a group that have something in common, in their order, as a group of their own: small islands share lanes.
+class IslandSelection
+{
+public:
+    /// Throws std::bad_alloc.
+    ///
+    /// @param isWanted called with each island
+    /// @return the islands that are wanted, until the next call
+    template <class IsWanted>
+    SolverGroup select(const SolverGroup& group, const IsWanted& isWanted)
+    {
+        clear();
+        GroupIslands islands(group);
+        for (SolverGroup island; islands.next(island);)
+        {
+            if (isWanted(island))
+                add(island);
+        }
+        return selected();
+    }
+
+private:
+    void clear();
+    void add(const SolverGroup& island);
+    SolverGroup selected();
+
+    std::vector<btCollisionObject*> m_bodies;
+    std::vector<btPersistentManifold*> m_manifolds;
+    std::vector<btTypedConstraint*> m_joints;
 };
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

@@ -57,7 +57,6 @@ public:
         for (SolverGroup island; islands.next(island);)
             text += std::to_string(island.bodyCount) + std::to_string(island.manifoldCount) +
                     std::to_string(island.jointCount) + " ";
-        EXPECT_EQ(islands.rest().bodyCount + islands.rest().manifoldCount + islands.rest().jointCount, 0);
         return text;
     }
 

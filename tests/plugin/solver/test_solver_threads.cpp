@@ -246,6 +246,9 @@ std::vector<std::uint64_t> hashesBeside(const Neighbourhood& what, int steps, co
 {
     SolverScene scene(makeSolver(what.model, 2), 0, makeWorld);
     scene.info().m_leastSquaresResidualThreshold = what.residualThreshold;
+    // The largest residual of a group ends its iterations.
+    if (what.residualThreshold > 0)
+        scene.info().m_minimumSolverBatchSize = 1;
     // Else the order of an island's contacts depends on all others, and with it what Bullet's solver finds.
     scene.world().getDispatchInfo().m_deterministicOverlappingPairs = what.own == Trait::OwnJoint;
     btRigidBody& floor = scene.addFloor();
