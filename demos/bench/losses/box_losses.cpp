@@ -100,35 +100,6 @@ private:
     std::vector<btCollisionObject> m_movers;
 };
 
-class SpotLoss : public ScriptedBroadphase
-{
-public:
-    explicit SpotLoss(const LossSetup& setup) : ScriptedBroadphase(setup)
-    {
-        for (std::uint32_t row = 0; row < setup.bodies; ++row)
-            add(kSpot);
-    }
-
-    double run() override
-    {
-        destroy();
-        for (std::uint32_t row = 0; row < size(); ++row)
-            place(row, kSpot);
-        makeBroadphase();
-        const Stopwatch watch;
-        createProxies();
-        findPairs();
-        for (std::uint32_t row = 0; row < size(); ++row)
-            place(row, {{2.0 * row, 0, 0}, {2.0 * row + 1, 1, 1}});
-        setBoxes();
-        findPairs();
-        return watch.wallMs();
-    }
-
-private:
-    static constexpr ExactBox kSpot = {{0, 0, 0}, {1, 1, 1}};
-};
-
 class DriftLoss : public FollowingBroadphase
 {
 public:
@@ -320,11 +291,6 @@ public:
 std::unique_ptr<LossSide> makeGhostsLoss(const LossSetup& setup)
 {
     return std::make_unique<GhostsLoss>(setup);
-}
-
-std::unique_ptr<LossSide> makeSpotLoss(const LossSetup& setup)
-{
-    return std::make_unique<SpotLoss>(setup);
 }
 
 std::unique_ptr<LossSide> makeDriftLoss(const LossSetup& setup)

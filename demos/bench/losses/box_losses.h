@@ -25,9 +25,6 @@ std::unique_ptr<LossSide> makeMostlyRefusedLoss(const LossSetup& setup);
 
 std::unique_ptr<LossSide> makeMaskedLoss(const LossSetup& setup);
 
-/// A new broad phase in each run: all bodies are created at one spot, which makes n (n - 1) / 2 pairs, and move apart.
-std::unique_ptr<LossSide> makeSpotLoss(const LossSetup& setup);
-
 /// Scene W1, 20 frames a run.
 std::unique_ptr<LossSide> makeDriftLoss(const LossSetup& setup);
 

@@ -3,6 +3,7 @@
 #include "cullet/demos/bench/losses/box_losses.h"
 #include "cullet/demos/bench/losses/loss_case.h"
 #include "cullet/demos/bench/losses/query_losses.h"
+#include "cullet/demos/bench/losses/spot_losses.h"
 #include "cullet/demos/bench/losses/tiny_steps.h"
 #include "cullet/demos/bench/losses/world_losses.h"
 
@@ -49,8 +50,6 @@ std::vector<LossCase> listedCases()
          100000, kTime, 1, broad, makeBoxMovingLoss},
         {"box-resting", "the same of bodies at rest, first one included", 100000, kTime, 1, broad,
          makeBoxRestingLoss},
-        {"spot", "bodies created at one spot, pairs, moved apart, pairs", 3000, kTime, 1, broad,
-         makeSpotLoss},
         {"memory", "a world of 100 bodies that move: memory", 100, kMemory, 1.5, broad, makeDriftLoss},
         {"heap", "a heap at rest, slowest of the frames 2 to 9 after its creation", 64000, kTime, 3, broad,
          makeHeapLoss},
@@ -92,6 +91,7 @@ const std::vector<LossCase>& lossCases()
     static const std::vector<LossCase> cases = []
     {
         std::vector<LossCase> all = listedCases();
+        addSpots(all);
         addTinySteps(all);
         return all;
     }();

@@ -59,7 +59,7 @@ void ScriptedBroadphase::createProxy(std::uint32_t row)
 {
     Body& body = m_bodies[row];
     body.proxy = broadphase().createProxy(toPoint(body.box.min), toPoint(body.box.max), 0, body.client,
-                                          body.group, body.mask, nullptr);
+                                          body.group, body.mask, dispatcher());
     const auto id = static_cast<std::uint32_t>(body.proxy->m_uniqueId);
     m_rows.resize(std::max<std::size_t>(m_rows.size(), id + 1));
     m_rows[id] = row;
@@ -76,7 +76,7 @@ void ScriptedBroadphase::createAgain(std::uint32_t row, int group, int mask)
 {
     const MarginScope margin(m_broadphase.margin);
     Body& body = m_bodies[row];
-    broadphase().destroyProxy(body.proxy, nullptr);
+    broadphase().destroyProxy(body.proxy, dispatcher());
     body.group = group;
     body.mask = mask;
     createProxy(row);
@@ -87,13 +87,13 @@ void ScriptedBroadphase::setBoxes(std::uint32_t first)
     const MarginScope margin(m_broadphase.margin);
     for (std::uint32_t row = first; row < size(); ++row)
         broadphase().setAabb(m_bodies[row].proxy, toPoint(m_bodies[row].box.min),
-                             toPoint(m_bodies[row].box.max), nullptr);
+                             toPoint(m_bodies[row].box.max), dispatcher());
 }
 
 void ScriptedBroadphase::findPairs()
 {
     const MarginScope margin(m_broadphase.margin);
-    broadphase().calculateOverlappingPairs(nullptr);
+    broadphase().calculateOverlappingPairs(dispatcher());
 }
 
 void ScriptedBroadphase::destroy()
@@ -105,12 +105,12 @@ void ScriptedBroadphase::destroy()
     while (cache.getNumOverlappingPairs() > 0)
     {
         const btBroadphasePair& last = cache.getOverlappingPairArray()[cache.getNumOverlappingPairs() - 1];
-        cache.removeOverlappingPair(last.m_pProxy0, last.m_pProxy1, nullptr);
+        cache.removeOverlappingPair(last.m_pProxy0, last.m_pProxy1, dispatcher());
     }
     for (Body& body : m_bodies)
     {
         if (body.proxy != nullptr)
-            broadphase().destroyProxy(body.proxy, nullptr);
+            broadphase().destroyProxy(body.proxy, dispatcher());
         body.proxy = nullptr;
     }
     m_broadphase = {};

@@ -67,6 +67,9 @@ protected:
     btBroadphaseProxy& proxy(std::uint32_t row) { return *m_bodies[row].proxy; }
     const LossSetup& setup() const { return m_setup; }
 
+    /// For the algorithms of pairs, if the script has any.
+    virtual btDispatcher* dispatcher() { return nullptr; }
+
     /// Whether the script's filter callback, if there is one, lets a pair pass.
     virtual bool allows(const btBroadphaseProxy& /*a*/, const btBroadphaseProxy& /*b*/) const { return true; }
 

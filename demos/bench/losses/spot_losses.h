@@ -1,0 +1,17 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "cullet/demos/bench/losses/loss_case.h"
+
+#include <vector>
+
+namespace cullet
+{
+inline namespace CULLET_PRECISION
+{
+/// Adds cases of 60 to 3,000 bodies that are created at one spot and move apart, in a new broad phase in each run, without a callback,
+/// with one of the application, and with an algorithm for each pair.
+void addSpots(std::vector<LossCase>& cases);
+}  // namespace CULLET_PRECISION
+}  // namespace cullet
