@@ -104,8 +104,7 @@ void PairCache::makeLinks()
 /// Reserves memory for one more pair, except anchors; throws std::bad_alloc.
 inline void PairCache::makeRoom()
 {
-    if (m_hash.hasRoom() && (!m_isLinked || size() < m_links.capacity()) &&
-        m_pairs.size() < m_pairs.capacity())
+    if (hasRoom())
         return;
     if (size() >= kMaxPairs)
         throw std::bad_alloc();
@@ -120,21 +119,34 @@ btBroadphasePair* PairCache::addOverlappingPair(btBroadphaseProxy* proxy0, btBro
 
 btBroadphasePair* PairCache::addPair(btBroadphaseProxy* proxy0, btBroadphaseProxy* proxy1)
 {
+    return addFiltered(proxy0, proxy1, false);
+}
+
+btBroadphasePair* PairCache::addAbsent(btBroadphaseProxy* proxy0, btBroadphaseProxy* proxy1)
+{
+    return addFiltered(proxy0, proxy1, true);
+}
+
+/// @param isAbsent whether the cache is known to lack the pair before the callbacks run
+inline btBroadphasePair* PairCache::addFiltered(btBroadphaseProxy* proxy0, btBroadphaseProxy* proxy1,
+                                                bool isAbsent)
+{
     const ProxyPair sorted = sortById(proxy0, proxy1);
     if (isBeingAdded(sorted))
         return pairAt(indexOf(sorted));
     if (m_filter == nullptr)
-        return needsBroadphaseCollision(proxy0, proxy1) ? addAccepted(sorted) : nullptr;
+        return needsBroadphaseCollision(proxy0, proxy1) ? addAccepted(sorted, isAbsent) : nullptr;
+    const std::uint64_t before = m_version;
     Addition addition(*this, idsOf(sorted));
     if (!m_filter->needBroadphaseCollision(proxy0, proxy1) || addition.isCancelled)
         return nullptr;
-    return addAccepted(sorted);
+    return addAccepted(sorted, isAbsent && m_version == before);
 }
 
 btBroadphasePair* PairCache::addPairUnfiltered(btBroadphaseProxy* proxy0, btBroadphaseProxy* proxy1)
 {
     const ProxyPair sorted = sortById(proxy0, proxy1);
-    return isBeingAdded(sorted) ? pairAt(indexOf(sorted)) : addAccepted(sorted);
+    return isBeingAdded(sorted) ? pairAt(indexOf(sorted)) : addAccepted(sorted, false);
 }
 
 bool PairCache::appendNew(btBroadphaseProxy* proxy0, btBroadphaseProxy* proxy1)
@@ -143,14 +155,17 @@ bool PairCache::appendNew(btBroadphaseProxy* proxy0, btBroadphaseProxy* proxy1)
 }
 
 /// Adds a pair that the filter lets pass, or returns the existing one.
-btBroadphasePair* PairCache::addAccepted(const ProxyPair& sorted)
+btBroadphasePair* PairCache::addAccepted(const ProxyPair& sorted, bool isAbsent)
 {
     if (sorted.first->m_uniqueId == sorted.second->m_uniqueId)
         return nullptr;
-    ++m_searched;
-    const std::uint32_t known = indexOf(sorted);
-    if (known != kNone)
-        return pairAt(known);
+    if (!isAbsent)
+    {
+        ++m_searched;
+        const std::uint32_t known = indexOf(sorted);
+        if (known != kNone)
+            return pairAt(known);
+    }
     if (m_ghosts == nullptr)
         return append(sorted);
     Addition addition(*this, idsOf(sorted));
@@ -175,7 +190,10 @@ btBroadphasePair* PairCache::addReported(const ProxyPair& sorted, Addition& addi
     addition.reported = sorted;
     report(addition);
     // The callback may have changed the cache.
-    return addition.isCancelled ? nullptr : append(sorted);
+    btBroadphasePair* const pair = addition.isCancelled ? nullptr : append(sorted);
+    if (pair != nullptr)
+        addition.reported = {};  // nothing is to be undone
+    return pair;
 }
 
 /// Calls the ghost callback for a new pair.

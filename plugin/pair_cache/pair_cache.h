@@ -193,24 +193,31 @@ public:
     /// addOverlappingPair() that changesByCallers() does not count.
     btBroadphasePair* addPair(btBroadphaseProxy* proxy0, btBroadphaseProxy* proxy1);
 
+    /// addPair() for a pair that is not in the cache, which is searched only if the filter has changed the cache. @pre the ids differ
+    btBroadphasePair* addAbsent(btBroadphaseProxy* proxy0, btBroadphaseProxy* proxy1);
+
     /// removeOverlappingPairsContainingProxy() that changesByCallers() does not count.
     void removePairsOf(btBroadphaseProxy* proxy, btDispatcher* dispatcher);
 
     /// addOverlappingPair() without the filter; null too while the filter of this same pair runs, which then decides.
     btBroadphasePair* addPairUnfiltered(btBroadphaseProxy* proxy0, btBroadphaseProxy* proxy1);
 
-    /// Whether appendNew() may begin: there are no pairs, and no callback that could add one.
-    bool isEmptyAndSilent() const noexcept
+    /// Whether there are no pairs, and none is being added.
+    bool isEmpty() const noexcept { return m_pairs.size() == 0 && m_additions == nullptr; }
+
+    /// Whether another pair fits without growing.
+    bool hasRoom() const noexcept
     {
-        return m_pairs.size() == 0 && m_filter == nullptr && m_ghosts == nullptr && m_additions == nullptr;
+        return m_hash.hasRoom() && (!m_isLinked || size() < m_links.capacity()) &&
+               m_pairs.size() < m_pairs.capacity();
     }
 
     /// addPairUnfiltered() for a pair that is not in the cache, which is not searched. False if there is no memory.
-    /// @pre isEmptyAndSilent() before the first of a sequence of such additions; the ids differ
+    /// @pre isEmpty() before the first of a sequence of such additions; no callback is installed; the ids differ
     bool appendNew(btBroadphaseProxy* proxy0, btBroadphaseProxy* proxy1);
 
-    /// Prefetches what appendNew() will read, for few bodies; as prefetchAddition().
-    [[gnu::always_inline]] void prefetchAppend(const Pair* coming, std::size_t count) const
+    /// Prefetches what a search, or appendNew(), will read, for few bodies; as prefetchAddition().
+    [[gnu::always_inline]] void prefetchSearch(const Pair* coming, std::size_t count) const
     {
         if (kPrefetchLate < count)
             m_hash.prefetch(hashOfPair(inBulletsOrder(coming[kPrefetchLate])));
@@ -253,9 +260,12 @@ public:
     /// removeOverlappingPair() by ids.
     void* removePair(Pair ids, btDispatcher* dispatcher);
 
-    /// removePair() for each pair, in order, with prefetches; returns the number of removed pairs. Where at least half of all
-    /// leave in ascending order and no callback has to run, they leave at once; that takes 4 bytes per pair for the call, or
-    /// 12 where some stay.
+    /// removePair() for each pair, in order, with prefetches; returns the number of removed pairs.
+    ///
+    /// Where at least half of all leave in ascending order and no callback has to run, they leave at once; that takes 4 bytes
+    /// per pair for the call, or 12 where some stay. With callbacks they leave one by one without a search, until a callback
+    /// changes the cache, for 12 bytes per pair. If all leave, they are not linked meanwhile: the lists of what callbacks add
+    /// are made afterwards, in the order of the array.
     std::size_t removePairs(const Pair* ids, std::size_t count, btDispatcher* dispatcher);
 
     /// findPair() by ids.
@@ -279,6 +289,15 @@ private:
     /// The addition of a pair while the filter or ghost callback runs for it.
     class Addition;
     class CallerChange;
+    class Places;
+    class WithoutLinks;
+    /// How the pairs of a batch are removed.
+    enum class Leaving
+    {
+        OneByOne,       ///< each is searched
+        Silently,       ///< at once
+        WithCallbacks,  ///< one by one, without a search while no callback changes the cache
+    };
 
     static constexpr std::uint32_t kNone = PairHash::kNone;
 
@@ -293,14 +312,18 @@ private:
     std::uint32_t indexOf(const ProxyPair& sorted) const;
     std::uint32_t indexOf(Pair ids) const;
     std::uint32_t searchedIndexOf(Pair ids);
-    bool findMost(const Pair* ids, std::size_t count, const btDispatcher* dispatcher,
-                  HugeVector<std::uint32_t>& leaving, HugeVector<std::uint32_t>& places);
+    Leaving findMost(const Pair* ids, std::size_t count, const btDispatcher* dispatcher,
+                     HugeVector<std::uint32_t>& leaving, HugeVector<std::uint32_t>& places);
+    std::size_t removeInTurn(const HugeVector<std::uint32_t>& leaving, HugeVector<std::uint32_t>& places,
+                             btDispatcher* dispatcher);
+    std::size_t removeAtOnce(const HugeVector<std::uint32_t>& leaving, HugeVector<std::uint32_t>& places);
     void removeAll();
     void removeMost(const HugeVector<std::uint32_t>& leaving, HugeVector<std::uint32_t>& places);
     void makeRoom();
     void growTo(std::size_t pairCount);
     bool isBeingAdded(const ProxyPair& sorted) const;
-    btBroadphasePair* addAccepted(const ProxyPair& sorted);
+    btBroadphasePair* addFiltered(btBroadphaseProxy* proxy0, btBroadphaseProxy* proxy1, bool isAbsent);
+    btBroadphasePair* addAccepted(const ProxyPair& sorted, bool isAbsent);
     btBroadphasePair* addReported(const ProxyPair& sorted, Addition& addition);
     template <class IsAffected>
     void cancelAdditions(IsAffected isAffected, btDispatcher* dispatcher);
@@ -311,6 +334,8 @@ private:
     void dropAnchors(Pair ids) noexcept;
     btBroadphasePair* append(const ProxyPair& sorted);
     [[gnu::always_inline]] void prefetchRemoval(const Pair* coming, std::size_t count);
+    [[gnu::always_inline]] void prefetchMoves();
+    [[gnu::always_inline]] void prefetchEntry(std::uint32_t index);
     [[gnu::always_inline]] void prefetchPair(std::uint32_t index);
     [[gnu::always_inline]] void prefetchNeighbours(std::uint32_t index);
     void* removeAt(std::uint32_t index, btDispatcher* dispatcher);

@@ -75,20 +75,60 @@ void PairSync::addInOrder(const Pairs& pairs, float margin)
     // A callback may refuse most of them, but for those that it has just allowed.
     if (canAddUnfiltered || m_allowedPairs != nullptr)
         m_adapter.reserveMore(pairs.size());
-    if (m_adapter.canAddNew() &&
-        std::adjacent_find(pairs.begin(), pairs.end(), std::not_fn(std::less<Pair>())) == pairs.end())
+    const bool areAbsent =
+        m_adapter.isEmpty() &&
+        std::adjacent_find(pairs.begin(), pairs.end(), std::not_fn(std::less<Pair>())) == pairs.end();
+    if (!canAddUnfiltered)
+        return addWithCallbacks(pairs, areAbsent, margin);
+    if (areAbsent)
         return addNew(pairs, margin);
-    const bool areFew =
-        PairCache::areFew(static_cast<std::size_t>(m_adapter.count()) + pairs.size(), m_store.table().size());
+    const bool areFew = areFewWith(pairs.size());
     for (std::size_t i = 0; i < pairs.size(); ++i)
     {
         if (!areFew)
-            prefetchAddition(pairs.data() + i, pairs.size() - i, !canAddUnfiltered);
-        if (canAddUnfiltered)
-            addUnfiltered(pairs[i], margin, false);
-        else
-            tryAdd(pairs[i], margin);
+            prefetchAddition(pairs.data() + i, pairs.size() - i, false);
+        addUnfiltered(pairs[i], margin, false);
     }
+}
+
+/// Whether the pairs of the cache and as many more stay in the cache of the processor.
+bool PairSync::areFewWith(std::size_t more) const
+{
+    return PairCache::areFew(static_cast<std::size_t>(m_adapter.count()) + more, m_store.table().size());
+}
+
+/// Adds or defers each pair of a list; callbacks of the application run for each.
+///
+/// @param areAbsent whether the cache is known to lack all of them; a callback may add some
+void PairSync::addWithCallbacks(const Pairs& pairs, bool areAbsent, float margin)
+{
+    const bool areFew = areFewWith(pairs.size());
+    const bool areFewBodies = PairCache::areFew(0, m_store.table().size());
+    const int countBefore = m_adapter.count();
+    std::uint64_t version = m_adapter.version();
+    for (std::size_t i = 0; i < pairs.size(); ++i)
+    {
+        if (areFewBodies && !areFew)
+            m_adapter.prefetchSearch(pairs.data() + i, pairs.size() - i);
+        else if (!areFew)
+            prefetchAddition(pairs.data() + i, pairs.size() - i, true);
+        if (!m_adapter.hasRoom())
+            reserveExpected(static_cast<std::size_t>(std::max(m_adapter.count() - countBefore, 0)), i,
+                            pairs.size() - i);
+        areAbsent = areAbsent && m_adapter.version() == version;
+        version += tryAdd(pairs[i], areAbsent, margin) ? 1u : 0u;
+    }
+}
+
+/// Reserves memory for the pairs of a list that are expected to pass the callbacks, if most have passed so far: as large a
+/// share of the remaining ones as of those before. At most eight times as many pairs as there are then have memory, since
+/// callbacks may refuse all others. Where they refuse many, memory grows by small steps, of which less stays unused.
+void PairSync::reserveExpected(std::size_t passed, std::size_t asked, std::size_t remaining)
+{
+    if (asked == 0 || 4 * passed < 3 * asked)
+        return;
+    const std::size_t most = 7 * static_cast<std::size_t>(m_adapter.count());
+    m_adapter.reserveMore(std::min(most, remaining * passed / asked + 1));
 }
 
 /// Adds or defers each pair of a list to an empty cache. @pre ascending, unique
@@ -98,7 +138,7 @@ void PairSync::addNew(const Pairs& pairs, float margin)
     for (std::size_t i = 0; i < pairs.size(); ++i)
     {
         if (areFewBodies)
-            m_adapter.prefetchAppend(pairs.data() + i, pairs.size() - i);
+            m_adapter.prefetchSearch(pairs.data() + i, pairs.size() - i);
         else
             prefetchAddition(pairs.data() + i, pairs.size() - i, false);
         addUnfiltered(pairs[i], margin, true);

@@ -88,13 +88,15 @@ bool PairCacheAdapter::contains(btBroadphaseProxy& a, btBroadphaseProxy& b) cons
     return m_cache->findPair(&a, &b) != nullptr;
 }
 
-bool PairCacheAdapter::add(btBroadphaseProxy& a, btBroadphaseProxy& b)
+bool PairCacheAdapter::add(btBroadphaseProxy& a, btBroadphaseProxy& b, bool isAbsent)
 {
     // As btDbvtBroadphase does, so that a filter gets both proxies in the order of the pair.
     btBroadphaseProxy* const first = isLowerId(a, b) ? &a : &b;
     btBroadphaseProxy* const second = isLowerId(a, b) ? &b : &a;
-    return (m_culletCache != nullptr ? m_culletCache->addPair(first, second)
-                                     : m_cache->addOverlappingPair(first, second)) != nullptr;
+    if (m_culletCache == nullptr)
+        return m_cache->addOverlappingPair(first, second) != nullptr;
+    return (isAbsent ? m_culletCache->addAbsent(first, second) : m_culletCache->addPair(first, second)) !=
+           nullptr;
 }
 
 void PairCacheAdapter::reserveMore(std::size_t pairCount)

@@ -57,8 +57,19 @@ public:
 
     bool contains(btBroadphaseProxy& a, btBroadphaseProxy& b) const;
 
-    /// Adds a pair that is not in the cache, if the filter agrees; returns whether the pair is in the cache now.
-    bool add(btBroadphaseProxy& a, btBroadphaseProxy& b);
+    /// Adds a pair if the filter agrees; returns whether the pair is in the cache now.
+    ///
+    /// @param isAbsent whether the pair is known not to be in the cache: a cache of cullet's then does not search it
+    bool add(btBroadphaseProxy& a, btBroadphaseProxy& b, bool isAbsent);
+
+    /// PairCache::version(); 0 for caches that are not cullet's.
+    std::uint64_t version() const { return m_culletCache != nullptr ? m_culletCache->version() : 0; }
+
+    /// Whether the cache is one of cullet's that lacks every pair, and that no callback is adding a pair to.
+    bool isEmpty() const { return m_culletCache != nullptr && m_culletCache->isEmpty(); }
+
+    /// Whether another pair fits into the memory of the cache, or the cache is not one of cullet's.
+    bool hasRoom() const { return m_culletCache == nullptr || m_culletCache->hasRoom(); }
 
     /// Whether pairs can be added without any callback: addUnfiltered().
     bool canAddUnfiltered() const
@@ -73,19 +84,17 @@ public:
         return m_culletCache->addPairUnfiltered(&first, &second) != nullptr;
     }
 
-    /// Whether addNew() may begin: PairCache::isEmptyAndSilent().
-    bool canAddNew() const { return m_culletCache != nullptr && m_culletCache->isEmptyAndSilent(); }
-
-    /// addUnfiltered() without a search, for pairs that are not in the cache. @pre canAddNew() before the first one
+    /// addUnfiltered() without a search, for pairs that are not in the cache. @pre isEmpty() before the first one
     bool addNew(btBroadphaseProxy& first, btBroadphaseProxy& second)
     {
         return m_culletCache->appendNew(&first, &second);
     }
 
-    /// PairCache::prefetchAppend(). @pre canAddNew() before the first addition
-    [[gnu::always_inline]] void prefetchAppend(const Pair* coming, std::size_t count) const
+    /// Prefetches the searches of the next pairs, if the cache can: PairCache::prefetchSearch().
+    [[gnu::always_inline]] void prefetchSearch(const Pair* coming, std::size_t count) const
     {
-        m_culletCache->prefetchAppend(coming, count);
+        if (m_culletCache != nullptr)
+            m_culletCache->prefetchSearch(coming, count);
     }
 
     /// Prefetches for the additions of the next pairs, if the cache can: PairCache::prefetchAddition().

@@ -323,37 +323,45 @@ bool PairSync::overlapNow(const Proxy& first, const Proxy& second) const
     return haveValidBoxes(first, second) && overlapsExactly(first, second);
 }
 
-void PairSync::tryAdd(Pair pair, float margin)
+/// Adds or defers a pair that the callbacks of the application may let pass.
+///
+/// @param isAbsent whether the cache is known to lack the pair before these run
+/// @return whether the pair is in the cache now
+bool PairSync::tryAdd(Pair pair, bool isAbsent, float margin)
 {
     Proxy* first = m_store.find(pair.first);
     Proxy* second = m_store.find(pair.second);
     if (first == nullptr || second == nullptr || m_speculativePairs.erase(pair))
-        return;
+        return false;
     const bool exactBoxesOverlap = overlapNow(*first, *second);
     if (m_deferredPairs.isNear(pair))
     {
         if (!exactBoxesOverlap)
-            return deferNear(pair, *first, *second, margin);
+        {
+            deferNear(pair, *first, *second, margin);
+            return false;
+        }
         // Not reported just now: its box is one of the next update, or the backend held it when the filter refused it.
         // Which one, the backend shows after a restart.
         m_state.restart();
     }
     const std::uint64_t withoutMemory = m_adapter.pairsWithoutMemory();
-    if (exactBoxesOverlap && m_adapter.add(*first, *second))
+    if (exactBoxesOverlap && m_adapter.add(*first, *second, isAbsent))
     {
         m_deferredPairs.erase(pair);
-        return;
+        return true;
     }
     if (m_adapter.pairsWithoutMemory() != withoutMemory)
     {
         // The filter has not refused the pair: the next update restarts the backend and adds it.
         m_deferredPairs.erase(pair);
         m_state.restart();
-        return;
+        return false;
     }
     // The filter is code of the application, and may have destroyed one of the proxies.
     if (m_store.find(pair.first) == first && m_store.find(pair.second) == second)
         defer(pair, *first, *second, exactBoxesOverlap, margin);
+    return false;
 }
 
 void PairSync::defer(Pair pair, const Proxy& first, const Proxy& second, bool exactBoxesOverlap, float margin)
@@ -395,7 +403,7 @@ void PairSync::addImmediately(Proxy& a, Proxy& b)
     const bool isRefiltered = ((table.changes(rowFirst) | table.changes(rowSecond)) & kRowRefiltered) != 0;
     if (!isRefiltered && m_deferredPairs.isRefusalCurrent(pair, rowFirst, rowSecond, table.boxes()))
         return;
-    if (!m_adapter.add(first, second))
+    if (!m_adapter.add(first, second, false))
         return;
     ++m_expectedCount;
     const bool mayBeNew = m_deferredPairs.isNear(pair);

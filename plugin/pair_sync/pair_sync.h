@@ -106,7 +106,10 @@ private:
                                                  bool readsTable) const;
     void addUnfiltered(Pair pair, float margin, bool isNew);
     void addNew(const Pairs& pairs, float margin);
-    void tryAdd(Pair pair, float margin);
+    bool areFewWith(std::size_t more) const;
+    void addWithCallbacks(const Pairs& pairs, bool areAbsent, float margin);
+    void reserveExpected(std::size_t passed, std::size_t asked, std::size_t remaining);
+    bool tryAdd(Pair pair, bool isAbsent, float margin);
     void defer(Pair pair, const Proxy& first, const Proxy& second, bool exactBoxesOverlap, float margin);
     void deferNear(Pair pair, const Proxy& first, const Proxy& second, float margin);
     void markRefused();

@@ -169,6 +169,12 @@ private:
     std::vector<std::pair<std::size_t, std::size_t>> manyRows(std::size_t a, std::size_t b) const
     {
         std::vector<std::pair<std::size_t, std::size_t>> rows;
+        constexpr std::uint8_t kAll = 0xf0;
+        for (std::size_t i = 0; m_share >= kAll && i < kProxyCount; ++i)
+            for (std::size_t k = i + 1; k < kProxyCount; ++k)
+                rows.push_back({i, k});
+        if (m_share >= kAll)
+            return rows;
         for (std::size_t i = 0; i < m_share % 16u; ++i)
             rows.push_back({(a + i) % kProxyCount, (b + i * i) % kProxyCount});
         return rows;

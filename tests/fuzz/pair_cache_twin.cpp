@@ -164,6 +164,9 @@ void PairCacheTwin::removeMany(const std::vector<std::pair<std::size_t, std::siz
     Pairs pairs;
     for (const auto& [a, b] : rows)
         pairs.push_back(makePair(bits(m_proxies[a]->m_uniqueId), bits(m_proxies[b]->m_uniqueId)));
+    // Those of an update are ascending; most of all pairs then leave together.
+    if (rows.size() > 32)
+        std::sort(pairs.begin(), pairs.end());
     Removing removing(*this, true);
     m_cache.removePairs(pairs.data(), pairs.size(), &m_dispatcher);
     for (const auto& [a, b] : rows)

@@ -5,6 +5,7 @@
 #include "cullet/broad/proxy_table.h"
 #include "cullet/plugin/pair_cache/pair_cache.h"
 #include "cullet/tests/plugin/broadphase/broadphase_support.h"
+#include "cullet/tests/plugin/pair_cache/pair_cache_support.h"
 #include "cullet/tests/plugin/pair_sync/fake_backends.h"
 
 #include <gtest/gtest.h>
@@ -54,26 +55,72 @@ TEST(BroadphaseCost, TouchesNoRowInUpdateWithoutChanges)
     EXPECT_TRUE(traffic.hadFilters);
 }
 
+/// Lets all pairs pass.
+struct AllowAll : btOverlapFilterCallback
+{
+    bool needBroadphaseCollision(btBroadphaseProxy*, btBroadphaseProxy*) const override { return true; }
+};
+
 TEST(BroadphaseCost, SearchesNoPairWhereBodiesOfOneSpotMoveApart)
 {
+    AllowAll filter;
+    GhostLog ghosts;
+    FakeDispatcher dispatcher;
     for (const int bodies : {60, 300, 900})
     {
-        SCOPED_TRACE(testing::Message() << bodies << " bodies");
-        PairCache cache;
-        Broadphase broadphase(&cache);
-        std::vector<btBroadphaseProxy*> proxies;
-        for (int i = 0; i < bodies; ++i)
-            proxies.push_back(addCube(broadphase, vec(0, 0, 0)));
-        broadphase.calculateOverlappingPairs(nullptr);
-        ASSERT_EQ(cache.getNumOverlappingPairs(), bodies * (bodies - 1) / 2);
-        for (int i = 0; i < bodies; ++i)
-            moveCube(broadphase, proxies[std::size_t(i)], vec(3 * i, 0, 0));
-        broadphase.calculateOverlappingPairs(nullptr);
-        const PairCacheStats stats = cache.stats();
-        EXPECT_EQ(stats.pairs, 0u);
-        EXPECT_EQ(stats.searched, 0u);
-        EXPECT_EQ(stats.moved, 0u);
+        for (const int callbacks : {0, 1, 2, 3, 4})
+        {
+            SCOPED_TRACE(testing::Message() << bodies << " bodies, callbacks " << callbacks);
+            PairCache cache;
+            cache.setOverlapFilterCallback((callbacks & 1) != 0 ? &filter : nullptr);
+            cache.setInternalGhostPairCallback((callbacks & 2) != 0 ? &ghosts : nullptr);
+            Broadphase broadphase(&cache);
+            std::vector<btBroadphaseProxy*> proxies;
+            for (int i = 0; i < bodies; ++i)
+                proxies.push_back(addCube(broadphase, vec(0, 0, 0)));
+            broadphase.calculateOverlappingPairs(&dispatcher);
+            const int pairs = bodies * (bodies - 1) / 2;
+            ASSERT_EQ(cache.getNumOverlappingPairs(), pairs);
+            // Room for all is made in few steps, and for none besides.
+            EXPECT_LE(cache.stats().rehashes, 7u);
+            EXPECT_LE(cache.bytes(), 60 * std::uint64_t(pairs) + 8192);
+            for (int i = callbacks == 4 ? 0 : pairs; i < pairs; ++i)
+                cache.getOverlappingPairArray()[i].m_algorithm = dispatcher.makeAlgorithm();
+            for (int i = 0; i < bodies; ++i)
+                moveCube(broadphase, proxies[std::size_t(i)], vec(3 * i, 0, 0));
+            broadphase.calculateOverlappingPairs(&dispatcher);
+            const PairCacheStats stats = cache.stats();
+            EXPECT_EQ(stats.pairs, 0u);
+            EXPECT_EQ(stats.searched, 0u);
+            // Each callback sees the array in which the last pair has taken the place of a removed one.
+            EXPECT_LE(stats.moved, callbacks < 2 ? 0u : std::uint64_t(pairs) / 2);
+        }
     }
+    EXPECT_EQ(ghosts.added.size(), 2u * (1770 + 44850 + 404550));
+    EXPECT_EQ(ghosts.removed, ghosts.added);
+    EXPECT_EQ(dispatcher.madeCount, 1770 + 44850 + 404550);
+    EXPECT_EQ(dispatcher.freedCount, dispatcher.madeCount);
+}
+
+TEST(BroadphaseCost, ReservesLittleForPairsThatCallbackRefusesAfterOthers)
+{
+    /// Lets all pairs of the first ten bodies pass.
+    struct AllowFirst : btOverlapFilterCallback
+    {
+        bool needBroadphaseCollision(btBroadphaseProxy* a, btBroadphaseProxy*) const override
+        {
+            return a->m_uniqueId <= 10;
+        }
+    };
+    AllowFirst filter;
+    PairCache cache;
+    cache.setOverlapFilterCallback(&filter);
+    Broadphase broadphase(&cache);
+    for (int i = 0; i < 400; ++i)
+        addCube(broadphase, vec(0, 0, 0));
+    broadphase.calculateOverlappingPairs(nullptr);
+    ASSERT_EQ(cache.getNumOverlappingPairs(), 3945);
+    EXPECT_LE(cache.bytes(), 8 * 60u * 3945u);
 }
 
 TEST(BroadphaseCost, VisitsOnlyOwnPairsOfRemovedBodies)

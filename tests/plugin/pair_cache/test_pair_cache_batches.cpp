@@ -8,6 +8,9 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <functional>
+#include <new>
+#include <vector>
 
 namespace cullet::test
 {
@@ -108,13 +111,13 @@ TEST(PairCacheBatches, RemoveAllPairsThatEnteredInOrderWithoutSearchOrMove)
     Proxies proxies(60);
     for (int round = 0; round < 2; ++round)
     {
-        ASSERT_TRUE(cache.isEmptyAndSilent());
+        ASSERT_TRUE(cache.isEmpty());
         const std::uint64_t before = cache.stats().searched;
         for (std::size_t a = 0; a < proxies.size(); ++a)
             for (std::size_t b = a + 1; b < proxies.size(); ++b)
                 ASSERT_TRUE(cache.appendNew(proxies[b], proxies[a]));
         EXPECT_TRUE(cache.isConsistent());
-        EXPECT_FALSE(cache.isEmptyAndSilent());
+        EXPECT_FALSE(cache.isEmpty());
         const Pairs all = sortedIdsOf(cache);
         ASSERT_EQ(all.size(), 1770u);
         EXPECT_EQ(cache.removePairs(all.data(), all.size(), nullptr), all.size());
@@ -189,6 +192,132 @@ TEST(PairCacheBatches, DestroyEachAlgorithmAndCallGhostsForEachPair)
     EXPECT_EQ(dispatcher.madeCount, 90);
     EXPECT_EQ(dispatcher.destroyedCount, 90);
     EXPECT_EQ(dispatcher.freedCount, 90);
+}
+
+/// What the callbacks of a removal by batch and of removals one by one have seen.
+struct SeenByCallbacks
+{
+    /// Records the calls for a cache, and lets `change` do something to it in each.
+    SeenByCallbacks(PairCache& cache, bool hasGhosts, const std::function<void(RowPair)>& change)
+    {
+        const auto see = [this, &cache, change](RowPair ids)
+        {
+            calls.push_back(ids);
+            places.push_back(idsOf(cache));
+            foundTotal +=
+                cache.findPair(makePair(std::uint32_t(ids.first), std::uint32_t(ids.second))) != nullptr;
+            change(ids);
+        };
+        ghosts.onRemove = [see](btBroadphaseProxy* a, btBroadphaseProxy* b) {
+            see({a->m_uniqueId, b->m_uniqueId});
+        };
+        btBroadphasePairArray& array = cache.getOverlappingPairArray();
+        for (int i = 0; i < array.size(); i += 3)
+        {
+            FakeDispatcher::Algorithm* const algorithm = dispatcher.makeAlgorithm();
+            algorithm->onDestroy = [see, ids = idsOf(array[i])] { see(ids); };
+            array[i].m_algorithm = algorithm;
+        }
+        cache.setInternalGhostPairCallback(hasGhosts ? &ghosts : nullptr);
+    }
+
+    FakeDispatcher dispatcher;
+    GhostLog ghosts;
+    std::vector<RowPair> calls;
+    std::vector<std::vector<RowPair>> places;  ///< the array in each call
+    std::size_t foundTotal = 0;
+};
+
+TEST(PairCacheBatches, LetCallbacksSeeSameArrayAsRemovalsOneByOne)
+{
+    const std::uint32_t seed = 12;
+    Random random(seed);
+    SCOPED_TRACE(testing::Message() << "seed " << seed);
+    int changed = 0, whole = 0;
+    for (int round = 0; round < 120; ++round)
+    {
+        Proxies proxies(41);
+        PairCache batched, single;
+        shuffle(batched, single, proxies, random);
+        Pairs batch = batchOf(batched, round % 2 == 0 ? 100 : 50 + random.below(51), random);
+        if (round % 3 != 0)
+            batch.pop_back();  // the cache has all others
+        // A few calls add a pair, or remove another one.
+        const std::uint32_t rarity = round % 4 < 2 ? 1u << 30 : 40u;
+        std::uint32_t calls[2] = {};
+        const auto changeOf = [&](PairCache& cache, std::uint32_t& count)
+        {
+            return [&, rarity](RowPair ids)
+            {
+                if (++count % rarity == 0 && count % 2 == 0)
+                    cache.addOverlappingPair(proxies[40], proxies[std::size_t(ids.first - 1)]);
+                else if (count % rarity == 0)
+                    cache.removeOverlappingPair(proxies[std::size_t(ids.first)], proxies[39], nullptr);
+            };
+        };
+        const bool hasGhosts = round % 5 != 0;
+        SeenByCallbacks byBatch(batched, hasGhosts, changeOf(batched, calls[0]));
+        SeenByCallbacks bySingle(single, hasGhosts, changeOf(single, calls[1]));
+        whole += batch.size() == std::size_t(batched.getNumOverlappingPairs()) ? 1 : 0;
+        batched.removePairs(batch.data(), batch.size(), &byBatch.dispatcher);
+        for (const Pair ids : batch)
+            single.removePair(ids, &bySingle.dispatcher);
+        ASSERT_EQ(byBatch.calls, bySingle.calls);
+        ASSERT_EQ(byBatch.places, bySingle.places);
+        ASSERT_EQ(byBatch.foundTotal, bySingle.foundTotal);
+        ASSERT_EQ(idsOf(batched), idsOf(single));
+        ASSERT_EQ(batched.version(), single.version());
+        ASSERT_TRUE(batched.isLinked());
+        ASSERT_TRUE(batched.isConsistent());
+        ASSERT_EQ(batched.stats().proxies, single.stats().proxies);
+        changed += calls[0] >= rarity ? 1 : 0;
+        for (PairCache* cache : {&batched, &single})
+            cache->setInternalGhostPairCallback(nullptr);
+        const Pairs left = sortedIdsOf(batched);
+        batched.removePairs(left.data(), left.size(), &byBatch.dispatcher);
+        for (const Pair ids : left)
+            single.removePair(ids, &bySingle.dispatcher);
+    }
+    EXPECT_GE(changed, 40);
+    EXPECT_GE(whole, 30);
+}
+
+TEST(PairCacheBatches, SearchNoPairThatEnteredInOrderWhereCallbacksRun)
+{
+    PairCache cache;
+    Proxies proxies(60);
+    addAllPairs(cache, proxies, proxies.size());
+    GhostLog ghosts;
+    cache.setInternalGhostPairCallback(&ghosts);
+    const Pairs all = sortedIdsOf(cache);
+    const std::uint64_t before = cache.stats().searched;
+    EXPECT_EQ(cache.removePairs(all.data(), all.size(), nullptr), 1770u);
+    EXPECT_EQ(ghosts.removed.size(), 1770u);
+    EXPECT_EQ(cache.stats().searched, before);
+    EXPECT_LE(cache.stats().moved, 1770u / 2);
+    EXPECT_TRUE(cache.isLinked());
+    EXPECT_EQ(cache.stats().pairs + cache.stats().proxies, 0u);
+    EXPECT_TRUE(cache.isConsistent());
+}
+
+TEST(PairCacheBatches, LinkPairsAgainAfterExceptionOfCallback)
+{
+    PairCache cache;
+    Proxies proxies(20);
+    addAllPairs(cache, proxies, proxies.size());
+    GhostLog ghosts;
+    ghosts.onRemove = [&](btBroadphaseProxy*, btBroadphaseProxy*)
+    {
+        EXPECT_FALSE(cache.isLinked());
+        if (ghosts.removed.size() == 100)
+            throw std::bad_alloc();
+    };
+    cache.setInternalGhostPairCallback(&ghosts);
+    const Pairs all = sortedIdsOf(cache);
+    EXPECT_THROW(cache.removePairs(all.data(), all.size(), nullptr), std::bad_alloc);
+    EXPECT_EQ(cache.getNumOverlappingPairs(), 90);
+    EXPECT_TRUE(cache.isLinked());
+    EXPECT_TRUE(cache.isConsistent());
 }
 
 TEST(PairCacheBatches, RunOneByOneInsideCallbackOfPass)
