@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <new>
+#include <utility>
 
 namespace cullet
 {
@@ -48,6 +49,7 @@ bool GhostNeighbours::begin(std::uint32_t row, const Aabb& reach) noexcept
     }
     list->reach = reach;
     list->count = 0;
+    list->pairedCount = 0;
     list->isListed = true;
     ++m_listedCount;
     return true;
@@ -57,20 +59,27 @@ bool GhostNeighbours::begin(std::uint32_t row, const Aabb& reach) noexcept
 std::uint32_t* GhostNeighbours::find(List& list, std::uint32_t row) noexcept
 {
     std::uint32_t* const end = list.rows + list.count;
-    std::uint32_t* const found =
-        std::find_if(static_cast<std::uint32_t*>(list.rows), end,
-                     [row](std::uint32_t entry) { return (entry & ~kPaired) == row; });
+    std::uint32_t* const found = std::find(static_cast<std::uint32_t*>(list.rows), end, row);
     return found == end ? nullptr : found;
+}
+
+/// Moves an entry among the paired ones, or out of them.
+void GhostNeighbours::setPairedAt(List& list, std::uint32_t* entry, bool isPaired) noexcept
+{
+    if ((entry < list.rows + list.pairedCount) == isPaired)
+        return;
+    if (!isPaired)
+        --list.pairedCount;
+    std::swap(*entry, list.rows[list.pairedCount]);
+    if (isPaired)
+        ++list.pairedCount;
 }
 
 void GhostNeighbours::add(std::uint32_t ghost, std::uint32_t row) noexcept
 {
     List& list = m_lists[m_slots[ghost]];
     if (std::uint32_t* const entry = find(list, row))
-    {
-        *entry = row;
-        return;
-    }
+        return setPairedAt(list, entry, false);
     if (list.count < kMost)
     {
         list.rows[list.count++] = row;
@@ -83,17 +92,15 @@ void GhostNeighbours::setPairedIn(std::uint32_t ghost, std::uint32_t row, bool i
 {
     if (!isListed(ghost))
         return;
-    if (std::uint32_t* const entry = find(m_lists[m_slots[ghost]], row))
-        *entry = isPaired ? row | kPaired : row;
+    List& list = m_lists[m_slots[ghost]];
+    if (std::uint32_t* const entry = find(list, row))
+        setPairedAt(list, entry, isPaired);
 }
 
 void GhostNeighbours::forgetPaired() noexcept
 {
     for (List& list : m_lists)
-    {
-        for (std::uint32_t i = 0; list.isListed && i < list.count; ++i)
-            list.rows[i] &= ~kPaired;
-    }
+        list.pairedCount = 0;
 }
 
 void GhostNeighbours::drop(std::uint32_t row) noexcept

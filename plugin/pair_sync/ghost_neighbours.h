@@ -15,8 +15,8 @@ namespace cullet
 /// whose box overlaps the reach, and every listed ghost whose reach does. As long as the box of the ghost stays inside
 /// its reach, only listed rows can overlap it. Rows that have moved away stay in the list until it is made anew.
 ///
-/// A listed row is *paired* if the pair cache had the pair when either of the two had last moved, and both boxes
-/// overlapped.
+/// A listed row is *paired* if the pair cache has the pair: nothing is to be added then, however the ghost moves. The owner
+/// says which pairs leave the cache.
 ///
 /// 192 bytes for each ghost that ever had a list, and 4 per row.
 class GhostNeighbours
@@ -55,21 +55,20 @@ public:
     /// Makes no rows paired. O(lists)
     void forgetPaired() noexcept;
 
-    /// Calls visit(row, isPaired), which may call setPaired(). @pre the ghost is listed
+    /// Calls visit(row) for each row that is not paired. @pre the ghost is listed
     template <class Visit>
-    void forEach(std::uint32_t ghost, Visit visit) const
+    void forEachUnpaired(std::uint32_t ghost, Visit visit) const
     {
         const List& list = m_lists[m_slots[ghost]];
-        for (std::uint32_t i = 0; i < list.count; ++i)
-            visit(list.rows[i] & ~kPaired, (list.rows[i] & kPaired) != 0);
+        for (std::uint32_t i = list.pairedCount; i < list.count; ++i)
+            visit(list.rows[i]);
     }
 
     std::uint64_t bytes() const noexcept;
 
 private:
     static constexpr std::uint32_t kNone = ~std::uint32_t{0};
-    static constexpr std::uint32_t kPaired = std::uint32_t{1} << 31;  // added to a row of a list
-    static constexpr std::uint32_t kMost = 40;                        // rows of a list
+    static constexpr std::uint32_t kMost = 40;      // rows of a list
     static constexpr std::uint16_t kLongWait = 16;  // calls of begin() that fail after postpone()
 
     struct List
@@ -78,11 +77,13 @@ private:
         std::uint32_t count = 0;
         std::uint16_t wait = 0;
         bool isListed = false;
-        std::uint32_t rows[kMost];
+        std::uint8_t pairedCount = 0;
+        std::uint32_t rows[kMost];  ///< paired ones first
     };
 
     List* listFor(std::uint32_t row) noexcept;
     static std::uint32_t* find(List& list, std::uint32_t row) noexcept;
+    static void setPairedAt(List& list, std::uint32_t* entry, bool isPaired) noexcept;
     void setPairedIn(std::uint32_t ghost, std::uint32_t row, bool isPaired) noexcept;
 
     std::vector<std::uint32_t> m_slots;  // by row: index of its list, or kNone

@@ -23,9 +23,6 @@ bool isGhost(const Proxy& proxy)
     return object != nullptr && object->getInternalType() == btCollisionObject::CO_GHOST_OBJECT;
 }
 
-/// Whether the boxes of the table are not always the exact ones.
-constexpr bool kIsRounded = sizeof(btScalar) != sizeof(float);
-
 /// How much larger than its box the reach of a ghost is, on each side.
 float skinOf(const Aabb& box) noexcept
 {
@@ -58,6 +55,11 @@ bool isWalking(const Aabb& former, const Aabb& box) noexcept
            encloses(grown(box, kMoves * skin), former);
 }
 }  // namespace
+
+GhostPairs::GhostPairs(ProxyStore& store, PairSync& pairSync) : m_store(store), m_pairSync(pairSync)
+{
+    m_pairSync.observeRemovals([this](const Pairs& pairs) { forgetPaired(pairs); });
+}
 
 void GhostPairs::rescan()
 {
@@ -157,30 +159,13 @@ bool GhostPairs::listNeighbours(std::uint32_t row, const Aabb& box, const QueryI
     return false;
 }
 
-/// Visits the listed rows whose pairs with the ghost may be missing. The pair of two that overlapped before is in the
-/// cache: whichever of them moves adds it.
-template <class Visit>
-void GhostPairs::visitListed(const Proxy& ghost, const Aabb& box, Visit& visit)
-{
-    const std::uint32_t row = ProxyStore::rowOf(&ghost);
-    m_neighbours.forEach(row,
-                         [&](std::uint32_t other, bool isPaired)
-                         {
-                             if (!isPaired)
-                                 visit(other);
-                             else if (!overlapsBranchless(m_store.table().box(other), box) ||
-                                      (kIsRounded && !overlapsExactly(ghost, *m_store.at(other))))
-                                 m_neighbours.setPaired(row, other, false);
-                         });
-}
-
 /// Visits rows that may overlap the new box of a ghost, all whose pairs may be missing among them.
 template <class Visit>
 void GhostPairs::visitNearGhost(const Proxy& ghost, const Aabb& box, const QueryIndex& index, Visit& visit)
 {
     const std::uint32_t row = ProxyStore::rowOf(&ghost);
     if (m_neighbours.isInReach(row, box) || listNeighbours(row, box, index))
-        return visitListed(ghost, box, visit);
+        return m_neighbours.forEachUnpaired(row, visit);
     m_neighbours.drop(row);
     m_ghostBoxes.set(row, box);
     if (m_neighbours.isAnyListed())
@@ -198,6 +183,20 @@ void GhostPairs::recordPaired(Proxy& proxy, const std::vector<std::uint32_t>& id
         Proxy* other = m_store.find(id);
         if (other != nullptr && m_pairSync.hasOverlap(proxy, *other))
             m_neighbours.setPaired(ProxyStore::rowOf(&proxy), ProxyStore::rowOf(other), true);
+    }
+}
+
+/// Forgets that pairs are in the cache, which they are about to leave.
+void GhostPairs::forgetPaired(const Pairs& pairs) noexcept
+{
+    if (!m_neighbours.isAnyListed())
+        return;
+    for (const Pair pair : pairs)
+    {
+        const Proxy* const first = m_store.find(pair.first);
+        const Proxy* const second = m_store.find(pair.second);
+        if (first != nullptr && second != nullptr)
+            m_neighbours.setPaired(ProxyStore::rowOf(first), ProxyStore::rowOf(second), false);
     }
 }
 

@@ -29,7 +29,10 @@ inline namespace CULLET_PRECISION
 class GhostPairs
 {
 public:
-    GhostPairs(ProxyStore& store, PairSync& pairSync) : m_store(store), m_pairSync(pairSync) {}
+    /// Observes the removals of `pairSync`, which must not update any more once this object is gone.
+    GhostPairs(ProxyStore& store, PairSync& pairSync);
+    GhostPairs(const GhostPairs&) = delete;
+    GhostPairs& operator=(const GhostPairs&) = delete;
 
     /// Detects whether a ghost callback was installed or removed. O(1); O(bodies) after such a change.
     ///
@@ -81,10 +84,9 @@ private:
     void readBoxesAgain() noexcept;
     void addPairsOfBox(Proxy& proxy, const QueryIndex& index);
     void recordPaired(Proxy& proxy, const std::vector<std::uint32_t>& ids);
+    void forgetPaired(const Pairs& pairs) noexcept;
     void followCache() noexcept;
     bool listNeighbours(std::uint32_t row, const Aabb& box, const QueryIndex& index);
-    template <class Visit>
-    void visitListed(const Proxy& ghost, const Aabb& box, Visit& visit);
     template <class Visit>
     void visitNearGhost(const Proxy& ghost, const Aabb& box, const QueryIndex& index, Visit& visit);
     template <class Visit>

@@ -293,7 +293,7 @@ void PairSync::applyRemoved(float margin, btDispatcher* dispatcher)
     if (m_separatedPairs.empty() && m_delta.removed.empty() && m_speculativePairs.size() == 0)
         return;
     if (m_separatedPairs.empty() && m_speculativePairs.size() == 0 && m_deferredPairs.size() == 0)
-        return m_adapter.remove(m_delta.removed, m_store, dispatcher);
+        return removeFromCache(m_delta.removed, dispatcher);
     deferSeparated(margin);
     m_scratch = m_separatedPairs;
     for (const Pair pair : m_delta.removed)
@@ -314,7 +314,14 @@ void PairSync::applyRemoved(float margin, btDispatcher* dispatcher)
     // Each part is sorted; usually their concatenation is too.
     if (!std::is_sorted(m_scratch.begin(), m_scratch.end()))
         sortUnique(m_scratch);
-    m_adapter.remove(m_scratch, m_store, dispatcher);
+    removeFromCache(m_scratch, dispatcher);
+}
+
+void PairSync::removeFromCache(const Pairs& pairs, btDispatcher* dispatcher)
+{
+    if (m_onRemovals)
+        m_onRemovals(pairs);
+    m_adapter.remove(pairs, m_store, dispatcher);
 }
 
 /// Whether the exact boxes overlap, after callbacks may have changed them.

@@ -16,7 +16,9 @@
 #include "cullet/plugin/proxies/proxy_store.h"
 
 #include <cstdint>
+#include <functional>
 #include <memory>
+#include <utility>
 #include <vector>
 
 namespace cullet
@@ -48,6 +50,9 @@ public:
     ///
     /// @param index of the table, for pairs that the filter refused
     void update(float margin, const QueryIndex& index, btDispatcher* dispatcher);
+
+    /// Called with the pairs that an update removes from the cache, before it does. Some may not be there.
+    void observeRemovals(std::function<void(const Pairs&)> observer) { m_onRemovals = std::move(observer); }
 
     /// Adds the pair of a ghost immediately, if the exact boxes overlap and the filter agrees.
     void addImmediately(Proxy& a, Proxy& b);
@@ -82,6 +87,7 @@ private:
     void collectToReevaluate(const ProxyView& view, bool mustReevaluateAll);
     void deferSeparated(float margin);
     void applyRemoved(float margin, btDispatcher* dispatcher);
+    void removeFromCache(const Pairs& pairs, btDispatcher* dispatcher);
     void applyAdded(float margin);
     void addInOrder(const Pairs& pairs, float margin);
     void updateByBackend(float margin, const QueryIndex& index, btDispatcher* dispatcher);
@@ -131,6 +137,7 @@ private:
     DeferredPairs m_deferredPairs;
     PairMap m_speculativePairs;
     QuietBoxes m_quietBoxes;
+    std::function<void(const Pairs&)> m_onRemovals;
     bool m_isGrid = false;  ///< the backend is cullet's grid, which nobody expects to see each update
 
     PairDelta m_delta;

@@ -375,6 +375,21 @@ TEST(BroadphaseGhosts, GainPairAgainWhenTheyWalkOnAfterApplicationTookItOut)
     EXPECT_EQ(ghost->getNumOverlappingObjects(), 1);
 }
 
+TEST(BroadphaseGhosts, GainPairAgainAtOnceWhereTheyWalkBackAfterUpdateHasRemovedIt)
+{
+    GhostWorld scene;
+    auto* other = scene.add<btGhostObject>(vec(0, 0, 0));
+    auto* ghost = scene.add<btGhostObject>(vec(0.5, 0, 0));
+    for (const double x : {0.51, 0.52, 0.53, 0.8, 1.2})
+        scene.move(ghost, vec(x, 0, 0));
+    ASSERT_EQ(ghost->getNumOverlappingObjects(), 1) << "until the update";
+    scene.broadphase.calculateOverlappingPairs(&scene.dispatcher);
+    ASSERT_EQ(ghost->getNumOverlappingObjects(), 0);
+    scene.move(ghost, vec(0.9, 0, 0));
+    EXPECT_EQ(ghost->getNumOverlappingObjects(), 1);
+    EXPECT_EQ(other->getNumOverlappingObjects(), 1);
+}
+
 TEST(BroadphaseGhosts, DoNotAskFilterAgainForRefusedBodyWithinItsSkin)
 {
     struct Refusal final : btOverlapFilterCallback
