@@ -11,7 +11,7 @@ namespace cullet
 template <class Vector>
 void trimCapacity(Vector& vector)
 {
-    constexpr std::size_t kSmall = 4096;
+    constexpr std::size_t kSmall = 512;
     if (vector.capacity() > kSmall && vector.capacity() / 8 > vector.size())
         Vector(vector).swap(vector);
 }

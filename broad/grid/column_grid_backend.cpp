@@ -149,7 +149,11 @@ void ColumnGridBackend::refill(const ProxyView& view, bool rests)
     if (rests)
         m_resting.begin(view, held);
     else
+    {
+        m_resting.trim();
         m_sweep.begin(view, held);
+    }
+    m_core.freeHeldBefore();
     ++m_core.stats.rebuildsTotal;
 }
 

@@ -3,7 +3,6 @@
 #include "cullet/broad/pairs/pair_sort.h"
 
 #include "cullet/base/exclusive_sum.h"
-#include "cullet/base/trim_capacity.h"
 #include "cullet/broad/limits.h"
 
 #include <array>
@@ -294,7 +293,6 @@ void PairSort::sortMany(ParallelLoops& workers, const std::vector<KeyList>& list
     if (bucketMap.hasWholeWords)
         sorted.swap(m_distributed);
     sortBuckets(workers, bucketMap, m_offsets.data() + (lists.size() - 1) * bucketMap.buckets, sorted);
-    trimCapacity(m_distributed);
 }
 
 void PairSort::write(std::vector<std::uint64_t>& keys, Pairs& pairs)
@@ -310,6 +308,6 @@ void PairSort::write(std::vector<std::uint64_t>& keys, Pairs& pairs)
         sortKeys(keys.data(), m_sorted.data(), keys.size());
     const std::uint64_t* const sorted = areSorted ? keys.data() : m_sorted.data();
     std::transform(sorted, sorted + keys.size(), pairs.begin(), pairOfKey);
-    trimCapacity(m_sorted);
+    trim(keys.size());
 }
 }  // namespace cullet

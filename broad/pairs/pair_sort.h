@@ -120,7 +120,7 @@ private:
 /// result does not depend on the number of threads or lists.
 ///
 /// Cost: O(keys), also for clustered values. Lists that are sorted, each above the one before, are only copied. Memory
-/// is kept between calls.
+/// is kept between calls, until write() has much fewer keys.
 class PairSort
 {
 public:
@@ -160,6 +160,8 @@ private:
     };
 
     struct Piece;  ///< a range of sorted keys
+
+    void trim(std::size_t count);
 
     static constexpr std::size_t kWriteGrain = 8192;  ///< keys per task, at least
 

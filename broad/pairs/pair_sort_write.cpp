@@ -82,7 +82,17 @@ void PairSort::write(ParallelLoops& workers, std::vector<KeyList>& lists, Pairs&
     {
         writeParallel(workers, pieces, pairs);
     }
-    trimCapacity(m_sorted);
+    trim(count);
+}
+
+/// Frees what a rare large update needed, where this one has so many keys.
+void PairSort::trim(std::size_t count)
+{
+    for (PairKeys* keys : {&m_distributed, &m_sorted})
+    {
+        keys->resizeForOverwrite(std::min(keys->size(), count));
+        trimCapacity(*keys);
+    }
 }
 
 void PairSort::writeParallel(ParallelLoops& workers, const std::vector<Piece>& pieces, Pairs& pairs)

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #include "cullet/broad/small/small_world_backend.h"
 
+#include "cullet/base/trim_capacity.h"
 #include "cullet/broad/boxes/aabb_simd.h"
 #include "cullet/broad/pairs/pair_tests.h"
 #include "cullet/broad/pairs/restart_rows.h"
@@ -21,6 +22,9 @@ void SmallWorldBackend::restart(const Pairs& known)
 Status SmallWorldBackend::update(const ProxyView& proxies, PairDelta& delta)
 try
 {
+    // By the changes of the last update.
+    trimCapacity(m_added);
+    trimCapacity(m_removed);
     m_added.clear();
     m_removed.clear();
     updateOrThrow(proxies);

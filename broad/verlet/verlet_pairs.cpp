@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #include "cullet/broad/verlet/verlet_pairs.h"
 
+#include "cullet/base/trim_capacity.h"
+
 #include <algorithm>
 #include <limits>
 
@@ -14,6 +16,13 @@ void VerletPairs::clear()
     m_offsets.clear();
     m_items.clear();
     m_firstChangeable = 0;
+}
+
+void VerletPairs::trim()
+{
+    trimCapacity(m_pairs);
+    trimCapacity(m_states);
+    trimCapacity(m_items);
 }
 
 void VerletPairs::add(RowPair pair, State state)
@@ -40,6 +49,7 @@ void VerletPairs::finish(std::uint32_t rowCount)
     }
     // Items are filled from the back, so that each offset ends at the begin of its row.
     m_items.resize(2 * m_pairs.size());
+    trim();
     for (std::size_t i = m_pairs.size(); i-- > 0;)
     {
         m_items[--m_offsets[m_pairs[i].a]] = static_cast<std::uint32_t>(i);

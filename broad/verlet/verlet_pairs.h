@@ -33,6 +33,8 @@ public:
     };
 
     void clear();
+    /// Frees what a former list needed, if this one is much smaller.
+    void trim();
 
     /// Held pairs whose reference boxes have at most this gap are persistent. Before the first call none are.
     void setPersistentGap(float gap) { m_persistentGap = gap; }

@@ -41,6 +41,8 @@ public:
 
     /// Ends the mode: forgets the pairs.
     void clear();
+    /// Frees what many pairs needed. @pre clear()
+    void trim() { m_pairs.trim(); }
 
     const AwakeBoxes& awake() const { return m_awake; }
     ColumnGrid::Work collectWork() { return m_awake.collectWork(); }

@@ -70,6 +70,7 @@ void OverlapList::sort()
     }
     m_core.delta.sorter().sort(m_core.workers, m_core.found, m_pairs);
     m_core.found[0].clear();
+    m_core.found[0].trim();
 }
 
 void OverlapList::replace(const ProxyView& view)

@@ -3,7 +3,10 @@
 #include "cullet/broad/grid/update/grid_core.h"
 
 #include "cullet/base/bytes_of.h"
+#include "cullet/base/trim_capacity.h"
 #include "cullet/broad/pairs/pair_tests.h"
+
+#include <algorithm>
 
 namespace cullet
 {
@@ -18,6 +21,15 @@ void GridCore::sortHeldBefore(const std::vector<RowPair>& pairs)
     found[0].clear();
     found[0].trim();
     heldBefore.take(m_keys);
+    // The former keys.
+    m_keys.resizeForOverwrite(std::min(m_keys.size(), pairs.size()));
+    trimCapacity(m_keys);
+}
+
+void GridCore::freeHeldBefore()
+{
+    heldBefore = SortedPairs();
+    PairKeys().swap(m_keys);
 }
 
 std::uint64_t GridCore::bytes() const

@@ -37,6 +37,8 @@ struct GridCore
 
     /// Sets heldBefore.
     void sortHeldBefore(const std::vector<RowPair>& pairs);
+    /// Frees heldBefore, which may have had all pairs.
+    void freeHeldBefore();
 
     std::uint64_t bytes() const;
 

@@ -127,6 +127,41 @@ TEST(LossCases, TestPairsOfBodiesAtOneSpotTwiceUntilTheyHaveParted)
     EXPECT_LE(cubes.bytes(), 48 * kPairs);
 }
 
+TEST(LossCases, KeepLittleOfListsOfPairsThatHaveParted)
+{
+    for (const std::uint64_t bodies : {60u, 300u, 900u})
+    {
+        SCOPED_TRACE(testing::Message() << bodies << " bodies");
+        CountedCubes cubes, apart;
+        for (std::uint64_t i = 0; i < bodies; ++i)
+        {
+            cubes.add(vec(0, 0, 0));
+            apart.add(vec(2.0 * double(i), 0, 0));
+        }
+        // At one spot they also move a little, and rest.
+        for (int update = 0; update < 8; ++update)
+        {
+            for (std::uint64_t i = 0; i < bodies; ++i)
+                cubes.place(i, vec(1e-3 * update, 0, 0));
+            cubes.update();
+        }
+        for (int update = 0; update < 6; ++update)
+        {
+            for (std::uint64_t i = 0; i < bodies; ++i)
+            {
+                const btVector3 place = vec(2.0 * double(i), 0, 0.3 * update);
+                cubes.place(i, place);
+                apart.place(i, place);
+            }
+            cubes.update();
+            apart.update();
+        }
+        ASSERT_EQ(cubes.broadphase().stats().pairs, 0u);
+        // A pair of ids has eight bytes: little of these is left.
+        EXPECT_LE(cubes.bytes(), apart.bytes() + bodies * (bodies - 1) / 2 + 16384);
+    }
+}
+
 TEST(LossCases, SortNoHeapAtRestAnewInItsFirstFrames)
 {
     constexpr int kEdge = 25;
