@@ -90,6 +90,7 @@ TEST(PairCache, MovesTheLastPairIntoTheHole)
     EXPECT_EQ(idsOf(cache), (std::vector<RowPair>{{3, 4}, {1, 2}, {1, 3}}));
     cache.removeOverlappingPair(proxies[2], proxies[3], nullptr);
     EXPECT_EQ(idsOf(cache), (std::vector<RowPair>{{1, 3}, {1, 2}}));
+    EXPECT_EQ(cache.stats().moved, 1u);
 }
 
 TEST(PairCache, AppliesGroupAndMaskOfBothSidesWithoutACallback)
