@@ -338,6 +338,44 @@ TEST(RowKernels, ChangeVelocitiesWithoutNaN)
     EXPECT_GT(changed, 1000);
 }
 
+/// Contacts beyond the colours are in blocks of one lane, which may move the same body.
+TEST(RowKernels, SolveBlocksOfOneLaneOneAfterTheOther)
+{
+    std::vector<const RowKernels*> all = widerKernels();
+    all.push_back(&rowKernelsBaseline());
+    for (const RowKernels* kernels : all)
+    {
+        Sample sample(8), other(16);
+        ContactBlock blocks[] = {sample.contacts, other.contacts};
+        for (std::uint32_t i = 0; i < 2; ++i)
+        {
+            blocks[i].lanes = 1;
+            blocks[i].bodies.clear();
+            blocks[i].bodies.set(0, {1, true}, {i + 2, true});
+            Sample& own = i == 0 ? sample : other;
+            for (PointSource& source : own.sources)
+                source.isLive.lane[0] = 1;
+            kernels->setUp(sample.step, sample.states.data(), blocks[i], own.sources, own.contactRows.data(),
+                           own.pushes.data(), sample.motions.data());
+        }
+        // The rows of both in one array.
+        std::vector<RowBlock> together = sample.contactRows;
+        together.insert(together.end(), other.contactRows.begin(), other.contactRows.end());
+        for (PointRows& rows : blocks[1].rows)
+            rows.first += static_cast<std::uint32_t>(sample.contactRows.size());
+        std::vector<RowBlock> apart = together;
+        std::vector<SolverMotion> before = sample.motions, motions = sample.motions;
+        kernels->press(sample.step, blocks, 2, together.data(), sample.motions.data());
+        kernels->press(sample.step, &blocks[0], 1, apart.data(), motions.data());
+        EXPECT_FALSE(haveSameBytes(before, motions));
+        before = motions;
+        kernels->press(sample.step, &blocks[1], 1, apart.data(), motions.data());
+        EXPECT_FALSE(haveSameBytes(before, motions));
+        EXPECT_TRUE(haveSameBytes(sample.motions, motions));
+        EXPECT_TRUE(haveSameBytes(together, apart));
+    }
+}
+
 TEST(RowKernels, LeaveNormalsWithoutApproachAndPull)
 {
     Sample sample(4);
