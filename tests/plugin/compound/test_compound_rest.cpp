@@ -3,6 +3,7 @@
 #include "cullet/tests/plugin/compound/compound_scene.h"
 
 #include <BulletCollision/CollisionDispatch/btCompoundCollisionAlgorithm.h>
+#include <BulletCollision/CollisionShapes/btHeightfieldTerrainShape.h>
 #include <gtest/gtest.h>
 
 #include <functional>
@@ -144,6 +145,22 @@ TEST_F(CompoundAtRest, IsNotLeftOutOverTriangles)
     scene.clear();
 }
 
+// Nothing says when the application's heights change.
+TEST_F(CompoundAtRest, SeesTerrainThatRises)
+{
+    std::vector<float> heights(9, 0.0f);
+    btHeightfieldTerrainShape terrain(3, 3, heights.data(), 1, 0, 4, 1, PHY_FLOAT, false);
+    terrain.setLocalScaling(vec(9, 1, 9));
+    // The heights are about the middle of their range.
+    scene.add(terrain, at(0, 2, 0), true);
+    scene.add(compound, at(0, 1, 0));
+    for (int i = 0; i < 4; ++i)
+        EXPECT_EQ(contactsOfStep(), 0u);
+    heights.assign(9, 0.75f);
+    EXPECT_GT(contactsOfStep(), 0u);
+    scene.clear();
+}
+
 TEST_F(CompoundAtRest, IsNotLeftOutWithContacts)
 {
     scene.add(plane, at(0, 0, 0), true);
@@ -154,6 +171,24 @@ TEST_F(CompoundAtRest, IsNotLeftOutWithContacts)
     const std::vector<int> all = ages();
     ASSERT_FALSE(all.empty());
     EXPECT_GE(*std::max_element(all.begin(), all.end()), 4);
+}
+
+// Algorithms of pairs of children refresh their points themselves, and not once more at the end.
+TEST_F(CompoundAtRest, LetsPointsOfPairsOfChildrenAgeByOneInEachStep)
+{
+    scene.add(floor, at(0, 0, 0), true);
+    scene.add(compound, at(0, 0.29, 0));
+    for (int i = 0; i < 3; ++i)
+        scene.step();
+    std::vector<int> all = ages();
+    ASSERT_FALSE(all.empty());
+    for (int i = 0; i < 3; ++i)
+    {
+        const int most = *std::max_element(all.begin(), all.end());
+        scene.step();
+        all = ages();
+        EXPECT_EQ(*std::max_element(all.begin(), all.end()), most + 1);
+    }
 }
 
 TEST_F(CompoundAtRest, IsNotLeftOutWithShapeOfDerivedClass)
