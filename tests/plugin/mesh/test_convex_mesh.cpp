@@ -175,6 +175,21 @@ TEST(ConvexMesh, NoticesMovedVertexBesideConvexShapeInSameStep)
     EXPECT_NEAR(deepestOf(probe.step()), -0.16, 1e-3);
 }
 
+// The next hull is often where the last one was, whose points are then the known ones.
+TEST(ConvexMesh, NoticesMovedVertexAlsoWhenPointsOfHullsAreNotCompared)
+{
+    Wedge wedge;
+    btBoxShape box(vec(2, 1, 2));
+    IsaGjkOptions options;
+    options.checkPoints = false;
+    ConvexBench bench(false, options);
+    ConvexPairProbe probe(bench.dispatcher, wedge.shape, box);
+    probe.place(vec(0, 0.3, 0), vec(0, -1, 0));
+    EXPECT_EQ(deepestOf(probe.step()), 1);
+    wedge.vertices[1] = btScalar(-0.3);
+    EXPECT_NEAR(deepestOf(probe.step()), -wedge.shape.getMargin(), 1e-3);
+}
+
 // Its vertices are not read, so that no hull takes its place.
 TEST(ConvexMesh, IsLeftToBulletBesideConvexShapeWhenItHasNoHullOrFaces)
 {

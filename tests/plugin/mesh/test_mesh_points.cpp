@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 #include "cullet/plugin/mesh/mesh_points.h"
+#include "cullet/plugin/mesh/triangle_batch.h"
 
 #include <gtest/gtest.h>
 
@@ -127,6 +128,55 @@ TEST(MeshPoints, PreferDeepPointsToShallowOnesOfEqualSpread)
     points.reduce(2);
     ASSERT_EQ(points.count(), 2);
     EXPECT_TRUE(has(points, 0.5, 0));
+}
+
+// Shapes of the application may give one name to all of them.
+TEST(TriangleBatch, TellsTrianglesOfOneNameApartByEachCorner)
+{
+    const TriangleBatch::Triangle one = {{btVector3(0, 0, 0), btVector3(1, 0, 0), btVector3(0, 0, 1)}, 2, 7};
+    EXPECT_TRUE(areSame(one, one));
+    for (int corner = 0; corner < 3; ++corner)
+    {
+        for (int axis = 0; axis < 3; ++axis)
+        {
+            TriangleBatch::Triangle other = one;
+            other.corners[corner][axis] += 1;
+            EXPECT_FALSE(areSame(one, other)) << corner << ", " << axis;
+        }
+    }
+    TriangleBatch::Triangle other = one;
+    other.part = 3;
+    EXPECT_FALSE(areSame(one, other));
+    other = one;
+    other.index = 8;
+    EXPECT_FALSE(areSame(one, other));
+}
+
+// A point on the ridge of two triangles touches both; the second one leads down from it.
+TEST(TriangleBatch, DropsNeighbourAcrossTheTouchedEdgeHoweverBothAreTurned)
+{
+    const btTransform identity = btTransform::getIdentity();
+    const CoreFrame frame(identity, identity, FrameAxes::World);
+    const btVector3 low(0, 0, -1), high(0, 0, 1), left(-1, -1, 0), right(1, -1, 0);
+    const btVector3 first[] = {low, high, left}, second[] = {high, low, right};
+    for (int turnA = 0; turnA < 3; ++turnA)
+    {
+        for (int turnB = 0; turnB < 3; ++turnB)
+        {
+            TriangleBatch batch;
+            const auto addTurned = [&](const btVector3* corners, int turn, int index)
+            {
+                const btVector3 turned[] = {corners[turn], corners[(turn + 1) % 3], corners[(turn + 2) % 3]};
+                batch.add(turned, 0, index);
+            };
+            addTurned(first, turnA, 0);
+            addTurned(second, turnB, 1);
+            batch.placeAll(frame);
+            batch.dropRepeats(0, Eigen::Vector3d::UnitY(), Eigen::Vector3d::Zero());
+            EXPECT_TRUE(batch.isNear(0));
+            EXPECT_FALSE(batch.isNear(1)) << turnA << ", " << turnB;
+        }
+    }
 }
 }  // namespace
 }  // namespace cullet::test
