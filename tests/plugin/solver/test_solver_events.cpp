@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 namespace cullet::test
 {
@@ -91,6 +92,58 @@ TEST(SolverEvents, BreakJointsByJerksAsStock)
                       { return Measures{equal("breaks", breaksAt(scene, 2, threshold), 0)}; });
         SolverScene scene(Contender::Soft);
         EXPECT_EQ(breaksAt(scene, 2, threshold), share < 1 ? 1 : 0) << share;
+    }
+}
+
+TEST(SolverEvents, ReportIterationsOfTheJointsThatAreThere)
+{
+    SolverScene scene(Contender::Bullet);
+    btSphereShape& ball = scene.shape<btSphereShape>(btScalar(0.25));
+    btRigidBody& anchor = scene.add(ball, 0, vec(0, 5, 0));
+    btRigidBody& load = scene.add(ball, 1, vec(0, 4, 0));
+    auto& joint = scene.join<btPoint2PointConstraint>(anchor, load, vec(0, -0.5, 0), vec(0, 0.5, 0));
+    joint.setOverrideNumSolverIterations(40);
+    scene.step();
+    EXPECT_EQ(scene.solver().m_analyticsData.m_numIterationsUsed, 40);
+    joint.setOverrideNumSolverIterations(-1);
+    scene.step();
+    EXPECT_EQ(scene.solver().m_analyticsData.m_numIterationsUsed, scene.info().m_numIterations);
+}
+
+/// Of all points of a box that slides, one after the other.
+std::vector<btVector3> frictionDirections(Contender contender, int mode)
+{
+    SolverScene scene(contender);
+    scene.info().m_solverMode |= mode;
+    scene.addFloor();
+    scene.add(scene.box(1, 0.25, 1), 1, vec(0, 0.25, 0)).setLinearVelocity(vec(3, 0, 1));
+    scene.step(2);
+    std::vector<btVector3> directions;
+    btDispatcher& dispatcher = *scene.world().getDispatcher();
+    for (int i = 0; i < dispatcher.getNumManifolds(); ++i)
+    {
+        const btPersistentManifold& manifold = *dispatcher.getManifoldByIndexInternal(i);
+        for (int k = 0; k < manifold.getNumContacts(); ++k)
+        {
+            directions.push_back(manifold.getContactPoint(k).m_lateralFrictionDir1);
+            directions.push_back(manifold.getContactPoint(k).m_lateralFrictionDir2);
+        }
+    }
+    return directions;
+}
+
+TEST(SolverEvents, LeaveBothFrictionDirectionsInPointsAsStock)
+{
+    for (const int mode : {0, SOLVER_DISABLE_VELOCITY_DEPENDENT_FRICTION_DIRECTION | 0})
+    {
+        SCOPED_TRACE(mode);
+        const int cached = SOLVER_USE_2_FRICTION_DIRECTIONS | SOLVER_ENABLE_FRICTION_DIRECTION_CACHING | mode;
+        const std::vector<btVector3> expected = frictionDirections(Contender::Stock, cached);
+        const std::vector<btVector3> own = frictionDirections(Contender::Bullet, cached);
+        ASSERT_GE(expected.size(), 4u);
+        ASSERT_EQ(own.size(), expected.size());
+        for (std::size_t i = 0; i < own.size(); ++i)
+            EXPECT_LT((own[i] - expected[i]).length(), btScalar(0.01)) << i;
     }
 }
 

@@ -516,6 +516,16 @@ TEST(SolverJoints, TakeIterationsOfTheirOwnAsStock)
     expectAsStock(ownIterations, 5);
 }
 
+TEST(SolverJoints, TakeIterationsOfTheWorldUnlessTheyHaveMoreThanNone)
+{
+    const btTransform below = at(0, -1, 0), above = at(0, 1, 0);
+    expectLoadHangsAsStock([&](SolverScene & in, btRigidBody & a, btRigidBody & b) -> auto& {
+        auto& joint = in.join<btPoint2PointConstraint>(a, b, below.getOrigin(), above.getOrigin());
+        joint.setOverrideNumSolverIterations(0);
+        return joint;
+    });
+}
+
 /// A chain that hangs from a fixed bead sideways by a little, and swings.
 Measures hangingBeads(SolverScene& scene)
 {
