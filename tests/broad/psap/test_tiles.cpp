@@ -212,6 +212,20 @@ TEST(PsapTiles, FindAllPairsInAnyWorldWhenForced)
     EXPECT_GT(pairs, 100000u);
 }
 
+TEST(PsapTiles, AreNoMorePerAxisThanTheirTableHas)
+{
+    SCOPED_TRACE("seed 12");
+    Random random(12);
+    const std::vector<Aabb> boxes = cubesIn(30000, 4, random, 1e6f);
+    const Pairs expected = pairsByCounting(boxes);
+    ASSERT_GT(expected.size(), 1000u);
+    WatchedSearch search(PsapOrder::Tiles);
+    for (int update = 0; update < 2; ++update)
+        EXPECT_EQ(search.find(boxes), expected) << update;
+    EXPECT_GT(search.searchesOfTiles(), 0);
+    EXPECT_EQ(search.exec.lastShape.tiles, 128u);
+}
+
 // Boxes created after the plan, larger and far ones; coordinates on the edges of tiles.
 TEST(PsapTiles, FindAllPairsWithPlanOfEarlierFrame)
 {

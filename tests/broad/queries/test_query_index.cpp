@@ -246,6 +246,23 @@ TEST(QueryIndex, EqualsBruteForceUnderAnyInterleavingOfChangesAndQueries)
     }
 }
 
+TEST(QueryIndex, FindsNothingInBoxesWhoseMinimaExceedTheirMaxima)
+{
+    for (const QueryOptions& options : kAllOptions)
+    {
+        ProxyTable table;
+        const QueryIndex index(table, options);
+        for (std::uint32_t i = 0; i < 200; ++i)
+            table.create(cube(0, 0, 0, 4), i + 1, kFilter);
+        const Aabb inverted = {{1, 1, 1}, {-1, -1, -1}};
+        EXPECT_TRUE(overlapping(table, index, inverted).empty());
+        index.scanOverlap(inverted, [](ProxyId row) { ADD_FAILURE() << row; });
+        std::uint32_t count = 0;
+        index.scanOverlap({{-1, -1, -1}, {1, 1, 1}}, [&](ProxyId row) { EXPECT_EQ(row, count++); });
+        EXPECT_EQ(count, 200u);
+    }
+}
+
 TEST(QueryIndex, FindsNothingAfterTableIsClearedUntilItIsFilledAgain)
 {
     for (const QueryOptions& options : kAllOptions)
