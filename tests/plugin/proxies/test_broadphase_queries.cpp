@@ -333,6 +333,12 @@ TEST(BroadphaseQueries, EqualBruteForceWithoutATreeAmongBodiesThatAllMove)
         EXPECT_EQ(boxHits(broadphase, away, away), (Ids{8}));
     }
     EXPECT_GT(hitCount, 300u);
+    // Those of one update pay for a tree together.
+    broadphase.calculateOverlappingPairs(nullptr);
+    int rays = 0;
+    for (; rays < 20000 && broadphase.stats().queryTreeSyncsTotal == 0; ++rays)
+        rayHits(broadphase, vec(0, 20, 20), vec(40, 20.5, 21));
+    EXPECT_GT(broadphase.stats().queryTreeSyncsTotal, 0u) << rays;
 }
 
 /// Bullet's box test with a NaN is false for every box where the NaN is in x or in the length, and takes no notice of
