@@ -309,9 +309,8 @@ void WorldBodies::sweep(Bodies& bodies, const RangeFunction& sweep)
     m->stats = {};
     if (m->awake.indices(bodies) != nullptr)
         m->stats.restingBodies = m->awake.resting();
-    if (!m->hasThreshold(bodies))
-        return;
-    for (int i = 0; i < bodies.size(); ++i)
+    const int count = m->hasThreshold(bodies) ? bodies.size() : 0;
+    for (int i = 0; i < count; ++i)
     {
         if (bodies[i]->getCcdSquareMotionThreshold() == btScalar(0))
             continue;
