@@ -174,9 +174,9 @@ TEST(ReusePose, CountsTheMotionOfTheFarthestPointAndTheAngle)
         bool isKept;
     } cases[] = {{1e-3, 0.035, 1e-3, true},   // the brick's corners are within 0.81 of its origin
                  {1e-3, 0.035, 2e-3, false},  // 1.6 mm
-                 {1e-1, 0.035, 0.034, true},
-                 {1e-1, 0.035, 0.036, false},
-                 {1e-1, 0.001, 0.002, false}};
+                 {1e-1, 0.035, 0.034, true}, {1e-1, 0.035, 0.036, false}, {1e-1, 0.001, 0.002, false},
+                 {1, 0.4, 0.398, true},  // where a chord is shorter than its angle
+                 {1, 0.4, 0.403, false}};
     for (const PairCase& one : pairCases())
     {
         for (const auto& turned : cases)
