@@ -3,6 +3,7 @@
 #include "cullet/tests/preload/preload_program.h"
 
 #include <cstdlib>
+#include <thread>
 
 namespace cullet::test
 {
@@ -32,7 +33,8 @@ TEST_P(PreloadedWorlds, GiveTheBitsOfBulletsWorldsOnSeveralThreads)
         const Output with = runWithWorld(how), without = run(kPreloaded + plain(how)),
                      stock = run(plain(how));
         EXPECT_EQ(with.line("hash"), without.line("hash")) << how;
-        EXPECT_TRUE(with.has("worlds: 1; at most 60")) << how << " is Bullet's own:\n" << with.text;
+        EXPECT_TRUE(with.has("worlds: 1; at most ")) << how << ":\n" << with.text;
+        EXPECT_NE(with.line("type"), stock.line("type")) << how << " is Bullet's own";
         EXPECT_EQ(with.line("discrete"), stock.line("discrete")) << how;
         const Output alone =
             run(kPreloaded + "CULLET_WORLD=1 CULLET_BACKEND=dbvt CULLET_NARROW=0 " + plain(how));
@@ -45,7 +47,13 @@ TEST_P(PreloadedWorlds, GiveTheBitsOfBulletsWorldsOnSeveralThreads)
 TEST_P(PreloadedWorlds, GiveTheBitsOfBulletsLargeWorld)
 {
     const std::string how = "heap 8000";
-    EXPECT_EQ(runWithWorld(how).line("hash"), run(kPreloaded + plain(how)).line("hash"));
+    const Output with = runWithWorld(how);
+    EXPECT_EQ(with.line("hash"), run(kPreloaded + plain(how)).line("hash"));
+    // On one thread the boxes are set as by Bullet.
+    if (std::thread::hardware_concurrency() > 1)
+    {
+        EXPECT_TRUE(with.has("worlds: 1; at most 800")) << with.text;
+    }
 }
 
 TEST_P(PreloadedWorlds, AreBulletsUnlessTheyAreAskedFor)
