@@ -148,15 +148,15 @@ TEST_F(CompoundAtRest, IsNotLeftOutOverTriangles)
 // Nothing says when the application's heights change.
 TEST_F(CompoundAtRest, SeesTerrainThatRises)
 {
-    std::vector<float> heights(9, 0.0f);
+    std::vector<btScalar> heights(9, btScalar(0));
     btHeightfieldTerrainShape terrain(3, 3, heights.data(), 1, 0, 4, 1, PHY_FLOAT, false);
     terrain.setLocalScaling(vec(9, 1, 9));
-    // The heights are about the middle of their range.
+    // PHY_FLOAT means btScalar there. The heights are about the middle of their range.
     scene.add(terrain, at(0, 2, 0), true);
     scene.add(compound, at(0, 1, 0));
     for (int i = 0; i < 4; ++i)
         EXPECT_EQ(contactsOfStep(), 0u);
-    heights.assign(9, 0.75f);
+    heights.assign(9, btScalar(0.75));
     EXPECT_GT(contactsOfStep(), 0u);
     scene.clear();
 }
