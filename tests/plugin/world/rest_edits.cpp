@@ -4,8 +4,26 @@
 // What the application of a RestScene edits.
 #include "cullet/tests/plugin/world/rest_scene.h"
 
+#include <cstdint>
+
 namespace cullet::test
 {
+namespace
+{
+/// Changes what a body has for the step alone.
+///
+/// @param which 0: the hit fraction, 1: the island, otherwise the companion
+void setMark(btRigidBody& body, std::uint64_t which)
+{
+    if (which == 0)
+        body.setHitFraction(btScalar(0.5));
+    else if (which == 1)
+        body.setIslandTag(7);
+    else
+        body.setCompanionId(3);
+}
+}  // namespace
+
 void RestScene::wakeSome()
 {
     for (int i = 0; i < 5; ++i)
@@ -89,16 +107,13 @@ void RestScene::editProxy(btRigidBody& body)
 void RestScene::editMarks(btRigidBody& body)
 {
     constexpr int kStatic = btCollisionObject::CF_STATIC_OBJECT;
-    switch (m_random.below(6))
+    const auto mark = m_random.below(6);
+    switch (mark)
     {
         case 0:
-            body.setHitFraction(btScalar(0.5));
-            break;
         case 1:
-            body.setIslandTag(7);
-            break;
         case 2:
-            body.setCompanionId(3);
+            setMark(body, mark);
             break;
         case 3:
             body.setCollisionFlags(btCollisionObject::CF_KINEMATIC_OBJECT);
@@ -200,16 +215,13 @@ void RestScene::editStateOfSleeper(btRigidBody& body)
     constexpr int kFlags[] = {btCollisionObject::CF_NO_CONTACT_RESPONSE,
                               btCollisionObject::CF_KINEMATIC_OBJECT, btCollisionObject::CF_STATIC_OBJECT};
     constexpr int kStates[] = {ACTIVE_TAG, WANTS_DEACTIVATION, DISABLE_DEACTIVATION, DISABLE_SIMULATION};
-    switch (m_random.below(8))
+    const auto mark = m_random.below(8);
+    switch (mark)
     {
         case 0:
-            body.setHitFraction(btScalar(0.5));
-            break;
         case 1:
-            body.setIslandTag(7);
-            break;
         case 2:
-            body.setCompanionId(3);
+            setMark(body, mark);
             break;
         case 3:
             body.setDeactivationTime(btScalar(0.1));
