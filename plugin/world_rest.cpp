@@ -391,13 +391,17 @@ void WorldRest::Parts::collect()
         areInactive = areInactive && tasks[task].areInactive;
         for (std::size_t i = task * kRestGrain; i < tasks[task].end; ++i)
         {
-            if (found[i] % 2 == 0)
-                restless.push_back(found[i] / 2);
-            withSleepers.push_back(found[i] / 2);
+            const int object = found[i] / 2;
+            const bool isAsleep = found[i] % 2 != 0;
+            // Most worlds have none that sleeps, and need no second list.
+            if (isAsleep && withSleepers.empty())
+                withSleepers = restless;
+            if (isAsleep || !withSleepers.empty())
+                withSleepers.push_back(object);
+            if (!isAsleep)
+                restless.push_back(object);
         }
     }
-    if (withSleepers.size() == restless.size())
-        withSleepers.clear();
 }
 }  // namespace CULLET_PRECISION
 }  // namespace cullet
